@@ -1,4 +1,4 @@
-"""Make the loops of the stepping engine for one potential and kind of line."""
+"""Make the loops of the stepping engine for one potential and one set of traits."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -23,13 +23,13 @@ from chaincor.workflows.engines.schemes import StepScheme
 
 @dataclass(frozen=True)
 class Kernels:
-    """Loops for one potential and kind of line."""
+    """Loops for one potential and one set of traits."""
 
-    advance: Callable  #: Loop over many steps of a line, see ``motion``.
-    take_coarse_steps: Callable  #: Loop over coarse steps of a line, see ``motion``.
+    advance: Callable  #: Loop over many steps, see ``motion``.
+    take_coarse_steps: Callable  #: Loop over coarse steps, see ``motion``.
     parameters: tuple[float, ...]  #: Parameters of the kernel of the potential; NamedTuple.
-    #: ``loop(build, *of)`` compiles the function that ``build(source, stages, *of)`` returns. It is
-    #: None if the force of the bond cannot be compiled; NumPy then steps the chain.
+    #: ``loop(build, *of)`` compiles the function that ``build(source, stages, *of)`` returns; None
+    #: if the force of the bond cannot be compiled. NumPy then steps the chain.
     loop: Callable[..., Callable] | None = None
     #: Whether `advance` and `take_coarse_steps` have been called in this process.
     loaded: Event = field(default_factory=Event, compare=False)
@@ -44,9 +44,9 @@ def kernels_for(bond: Potential, scheme: StepScheme, kind: LineTraits = PLAIN) -
     """
     Return the loops for a bond potential, compiled once per process and cached on disk.
 
-    The `force_kernel` of the bond is compiled into the loops. If the bond has none, its own
-    function is tried, and if this cannot be compiled NumPy steps the chain. The loops contain only
-    the features of the given kind of line.
+    The `force_kernel` of the bond is compiled into the loops. If the bond has no `force_kernel`,
+    the function of its user is compiled. If this function cannot be compiled, NumPy steps the
+    chain. The loops contain only the features that the traits `kind` require.
     """
     return _kernels_for(bond, scheme.build_step, kind)
 
@@ -70,8 +70,8 @@ def _kernels_for(bond: Potential, build_step: Callable, kind: LineTraits) -> Ker
 def _compile(
     function: Callable, keep: bool, kind: LineTraits, build: Callable, *of: Any
 ) -> Callable:
-    # Loops are cached per function, not per bond, so that toda bonds of any steepness share them.
-    # The name contains all traits, because two loops of one name would overwrite each other on
+    # Loops are cached per function, not per bond; toda bonds of any steepness share one loop. The
+    # name contains all traits, because two loops with the same name would overwrite each other on
     # disk.
     name = "" if kind == PLAIN else "".join(f".{trait}" for trait in kind)
     compiler = LoopCompiler.for_force(function, keep, name)

@@ -1,4 +1,4 @@
-"""Traits of a line that its loops are compiled for, and parameters that the loops receive."""
+"""Traits of the bodies for which loops are compiled, and parameters of the loops."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -13,17 +13,17 @@ WALL = "wall"
 
 
 class LineTraits(NamedTuple):
-    """Traits of a line that its loops are compiled for; unused features are compiled out."""
+    """Traits of the bodies for which loops are compiled; unused features are compiled out."""
 
-    #: ``wall`` is a hard, rigid wall, which is no particle; the gap is then the position of
-    #: particle 1. Any other value is the contact law of two bodies, one of which may be a soft
-    #: wall; the gap is then a strain.
+    #: ``wall`` means a hard, rigid wall. Such a wall does not count as a particle, and the gap is
+    #: the position of particle 1. Any other value is the contact law of two bodies, one of which
+    #: may be a soft wall; the gap is then one of the strains.
     contact: str
-    unit: bool  #: Whether a chain before a hard wall has masses 1 only.
+    unit: bool  #: Whether all masses of a chain at a hard wall are 1.
 
     @classmethod
     def of(cls, line: Line) -> "LineTraits":
-        """Return the traits of a line."""
+        """Return the traits of the bodies in a line."""
         if line.at_wall:
             return cls(WALL, line.unit)
         return cls(line.contact.name, False)
@@ -35,7 +35,7 @@ class LineTraits(NamedTuple):
 
     @property
     def law(self) -> type[ContactLaw]:
-        """Contact law of the line."""
+        """Contact law of the bodies."""
         return Hard if self.at_wall else CONTACT_LAWS[self.contact]
 
 
@@ -43,17 +43,17 @@ PLAIN = LineTraits(WALL, True)
 
 
 class LineParameters(NamedTuple):
-    """Parameters of forces and masses of a line with unequal masses or two bodies."""
+    """Parameters of forces and masses if masses are unequal or both bodies are particles."""
 
     bond: Any  #: Parameters of the kernel of the potential; tuple of float.
-    #: Inverse masses along x; 0 for a rigid wall that is a particle; of shape (N,).
+    #: Inverse masses along x, of shape (N,); 0 for a rigid wall that counts as a particle.
     inverse: Array
-    gap: int  #: Index of the gap among the strains; -1 before a hard wall.
+    gap: int  #: Index of the gap among the strains; -1 for a hard wall.
     contact: Any  #: Parameters of the kernel of the contact law; tuple of float.
 
     @classmethod
     def of(cls, line: Line, bond: tuple[float, ...]) -> "LineParameters":
-        """Return the parameters of a line; `bond` are the parameters of the kernel of its bonds."""
+        """Return the parameters for a line; `bond` contains the parameters of its bonds."""
         inverse, gap = line.inverse_masses, line.gap
         if line.at_wall:
             inverse, gap = inverse[1:], -1
@@ -61,24 +61,25 @@ class LineParameters(NamedTuple):
 
 
 def as_it_is(function: Callable, **_options: Any) -> Callable:
-    """Return a function unchanged; replaces `LoopCompiler.register` if Python runs the loops."""
+    """Return a function unchanged; replaces `LoopCompiler.register` if loops are not compiled."""
     return function
 
 
 class KernelSpec(NamedTuple):
-    """Source from which loops are made, whether they are compiled or run by Python."""
+    """Functions and traits from which loops are made, to be compiled or run by Python."""
 
     #: Force -dU/dr at one strain, ``force(strain, parameters)`` with the parameters of the
-    #: potential; known to the compiler.
+    #: potential; registered with the compiler.
     force: Callable
-    register: Callable  #: Registers a function with the compiler, or returns it unchanged.
-    kind: LineTraits = PLAIN  #: Traits of the line.
+    #: Function that registers a function with the compiler, or returns it unchanged.
+    register: Callable
+    kind: LineTraits = PLAIN  #: Traits of the bodies.
 
 
 class Reading(NamedTuple):
-    """Functions that read `LineParameters`, or for unit masses the parameters of the bond."""
+    """Functions that read `LineParameters`, or the parameters of the bond if all masses are 1."""
 
-    #: ``slice_parameters(parameters, begin, end)``: parameters of some particles alone.
+    #: ``slice_parameters(parameters, begin, end)``: parameters of some of the particles.
     slice_parameters: Callable
     force: Callable  #: ``force(strain, parameters)``: -dU/dr.
     #: ``over_mass(number, i, parameters)``: a number divided by the mass of particle i.
@@ -86,7 +87,7 @@ class Reading(NamedTuple):
 
 
 def read_parameters(source: KernelSpec) -> Reading:
-    """Return the functions with which the loops of a kind of line read its parameters."""
+    """Return the functions with which loops read their parameters."""
     of_bond, register = source.force, source.register
     if source.kind.unit:
 

@@ -1,4 +1,4 @@
-"""Search for the end of a collision, or the next contact, ahead of the exact run."""
+"""Search ahead of the exact run for the end of a collision or the next contact."""
 
 import math
 from collections.abc import Callable
@@ -30,26 +30,26 @@ from chaincor.workflows.engines.reference.finish import End, strain_error, unfin
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.errors import RunError
 
-# Steps of order 8 have this length in units of 1/frequency of the stiffest bond. They are accurate
-# to some parts in 1e7.
+# Steps of order 8 have this length, in units of 1/frequency of the stiffest bond. The motion is
+# then accurate to some parts in 1e7.
 STEP = 0.3
 
-# Motions of a chain that broke are repeated at the step of the run times these factors. More
-# motions follow if these come to different ends. The cost grows with the square of the length, so a
-# chain longer than `_MOST_SAMPLED` is followed once and only from its last contact on. Two motions
-# of such a chain would already differ in earlier contacts.
+# The motion of a chain that broke is repeated with the step of the run times each of the factors
+# _SAMPLES. If these motions end differently, _MORE_SAMPLES follow. The cost grows with the square
+# of the number of particles. A chain longer than `_MOST_SAMPLED` is therefore followed only once,
+# from its last contact on. Two motions of such a chain would already differ in earlier contacts.
 _SAMPLES = (0.97, 0.91, 0.83, 0.77)
 _MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
 _MOST_SAMPLED = 400
-# A single run is followed for this many sound round trips. Fragments separate in this time, and a
-# return must be unlikely during the last round trip.
+# A single run is followed for this many sound round trips. Fragments separate in this time. During
+# the last round trip, a return must be unlikely.
 _CALM = 3.0
-# A contact that occurs in one of a few motions may be harder by this factor in the true motion.
-# This factor and the numbers of motions are choices; `tests.judge.plain` counts how often the error
-# bars contain the true value.
+# If one of a few motions has a late contact, its impulse in the true motion may be larger by this
+# factor. The factor and the number of motions are choices; `tests.judge.plain` counts how often the
+# error bars contain the true value.
 _HARDER = 1.5
-# Two motions have the same end if their first fragments agree to this part of v0 and of their
-# energy.
+# Two motions agree if the speeds and energies of their first fragments differ by less than this
+# fraction of v0 and of the larger energy.
 _ALIKE = 0.01
 
 
@@ -57,15 +57,15 @@ class LookAhead:
     """
     Search, ahead of an exact run, for evidence that no further contact comes.
 
-    A hot chain that broke forgets its initial state within some hundred units of time. Several
-    motions from the start, whose errors are as large as the errors of the run, then show whether
-    such errors decide on a late contact. Some motions may have a late contact, or their final
-    states may differ in whether one can come.
+    The motion of a hot chain that broke loses the memory of its initial state within some hundred
+    units of time. Several motions are then run from the start, with errors as large as the errors
+    of the run. They show whether such errors decide if a late contact comes: some motions may have
+    a late contact, or a late contact may be possible in some of the final states only.
 
-    The bodies, `moving`, stay unchanged except for their count of force evaluations. Coarse steps
-    are taken only if they are cheaper than the steps of the run. `first` returns the bodies at step
-    zero, by default the initial state of the scene. `start` is the time of step zero since the
-    first contact, if a contact came before it.
+    `moving` stays unchanged except for its count of force evaluations. Coarse steps are taken only
+    if they are cheaper than the steps of the run. `first` returns the bodies at step zero; by
+    default, this is the initial state of the scene. `start` is the time between the first contact
+    and step zero, if step zero comes later.
     """
 
     def __init__(
@@ -81,14 +81,14 @@ class LookAhead:
         self._long = problem.longest_body > _MOST_SAMPLED
         self._quiet = sound_round_trip(problem.longest_body, problem.slow_stiffness)
         self._not_before = 0.0
-        # Largest impulse of contacts that occur, or may occur, only in some motions.
+        # Largest impulse among contacts that occur, or may occur, only in some motions.
         self.doubt = 0.0
-        # These are the number of contacts so far, and the impulse of the next contact in other
-        # motions.
+        # The pair contains the number of contacts so far, and the impulse of the next contact in
+        # other motions.
         self._awaited = (0, 0.0)
 
     def times(self) -> tuple[float, float]:
-        """Return the time and the end of the last contact (0 if none), since the first contact."""
+        """Return the time, and the end of the last contact (0 if none), since the first contact."""
         run_state = self._moving.run_state
         begun = self._start - float(run_state["first_contact"])
         now = begun + float(run_state["steps"] * self._stepper.step)
@@ -99,7 +99,7 @@ class LookAhead:
         return coarse_step(self._bond, shortest, self._problem.line.lightest)
 
     def unresolved(self) -> RunError:
-        """Return the error that describes the invalid strains of the bodies."""
+        """Return the error for invalid strains of the bodies."""
         run_state, step = self._moving.run_state, self._stepper.step
         low, high = float(run_state["strain_min"]), float(run_state["strain_max"])
         remedy = f"take a smaller timestep than {step:g}, or a lower speed"
@@ -109,8 +109,8 @@ class LookAhead:
         """
         Return the end of the collision, or None if another contact may come.
 
-        If `follow` is False, an end that is not proved is argued after one sound round trip without
-        a contact.
+        If `follow` is False, an end that is not proved counts as argued after one sound round trip
+        without a contact.
         """
         (now, last), moving = self.times(), self._moving
         ending = watch.look_at(now, last, moving.bodies())
@@ -126,7 +126,7 @@ class LookAhead:
         return End(self._doubt_about(ending), ahead.time, evaluations)
 
     def _doubt_about(self, ending: Ending) -> Ending:
-        """Return the end of the run, with the doubt that other motions leave."""
+        """Return the end of the run; it is open if other motions have late contacts."""
         contacts, momentum = self._awaited
         missed = contacts == self._moving.run_state["contacts"]
         return ending.doubted(max(self.doubt, momentum if missed else 0.0))
@@ -135,17 +135,18 @@ class LookAhead:
         """
         Look ahead from the current state.
 
-        `early_risk` is the risk of a return soon after the last contact, see `EndWatch`.
         Return the look-ahead run and the end of the collision; None if another contact may come or
-        a bond may break.
+        a bond may break. `early_risk` is the risk of a return, estimated soon after the last
+        contact, see `EndWatch`.
         """
         run_state, problem = self._moving.run_state, self._problem
         now, last = self.times()
         if now < self._not_before:
             return None
-        # After a sound round trip the end of a broken chain hardly depends on how it is followed.
+        # After a sound round trip, the end of a broken chain hardly depends on the accuracy of the
+        # steps.
         if now - last > self._quiet:
-            # A long chain takes exact steps on all cores, but coarse steps on one core.
+            # A long chain takes exact steps on all cores, but coarse steps on only one.
             if problem.longest_body > LEAST_ACTIVE:
                 return None
             single = self._follow_on(now, last) if early_risk <= RISK_AT_STAKE else None
@@ -169,8 +170,9 @@ class LookAhead:
         """
         Return whether the chain never touches the wall again.
 
-        The result is a flag, the time at which this was seen or up to which the motion is known,
-        and the number of force evaluations so far. ``whole_end`` gives the time `until`.
+        The result consists of a flag, the time up to which the motion was followed, and the number
+        of force evaluations so far. After the time `until`, computed by ``whole_end``, energy alone
+        excludes a contact.
         """
         run_state, problem = self._moving.run_state, self._problem
         now, _ = self.times()
@@ -186,12 +188,13 @@ class LookAhead:
 
     def _follow_on(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
         """
-        Follow the run itself until a return has been unlikely for a sound round trip.
+        Continue the motion of the run until a return has been unlikely for a sound round trip.
 
-        A few motions cannot measure a probability below `RISK_AT_STAKE`, so one motion suffices if
-        the risk was at most `RISK_AT_STAKE` while all motions still agreed. Return None if the
-        other motions must decide: if a contact comes, if the risk stays higher, or if an end is
-        proved, because the motion of a short chain that broke is only one of several.
+        A few motions cannot measure a probability below `RISK_AT_STAKE`. One motion therefore
+        suffices if the risk was at most `RISK_AT_STAKE` while all motions still agreed. Return None
+        if other motions are needed: if a contact comes, or if the risk stays higher. Return None
+        also if the end is proved, because a short chain that broke may end differently in other
+        motions.
         """
         latest = now + _CALM * self._quiet
         ahead = CoarseRun(self._moving, now, self._coarse_step(), clearance=0.0)
@@ -199,7 +202,7 @@ class LookAhead:
         return None if ending is None or ending.kind == "proved" else (ahead, ending)
 
     def _sample(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
-        """Follow several motions to their ends, first with steps like the run's."""
+        """Follow several motions to their ends."""
         shares = _SAMPLES[:1] if self._long else _SAMPLES
         ends = [self._follow_again(share, now, last) for share in shares]
         settled = [end for end in ends if isinstance(end, tuple)]
@@ -211,7 +214,7 @@ class LookAhead:
             settled = [end for end in ends if isinstance(end, tuple)]
         met = [_HARDER * end for end in ends if not isinstance(end, tuple)]
         if settled and (met or differ):
-            # If the motions disagree, the run itself is one motion among many.
+            # If the motions disagree, the run itself is only one of many possible motions.
             self._doubt(met + [ending.momentum_at_stake for _, ending in settled])
         if met:
             self._awaited = int(self._moving.run_state["contacts"]), max(met)
@@ -221,11 +224,11 @@ class LookAhead:
 
     def _doubt(self, momenta: list[float]) -> None:
         """
-        Update the doubt with the impulses of contacts that occur in some motions only.
+        Update the doubt with the impulses of contacts that occur only in some motions.
 
-        Chance decides which motions have such a contact, and how hard the contact is. The impulse
-        that the bodies can still give in their present state, before the motions separate, counts
-        as well.
+        Chance decides which motions have such a contact, and how large its impulse is. The doubt
+        therefore also includes the largest impulse that is possible from the present state, before
+        the motions separate.
         """
         if max(momenta) > 0.0:
             parted = [body.pieces(self._bond) for body in self._moving.bodies()]
@@ -252,7 +255,7 @@ class LookAhead:
     def _follow_again(
         self, share: float, now: float, last: float
     ) -> tuple[CoarseRun, Ending] | float:
-        """Return the end of one more motion, or the impulse of its next contact."""
+        """Return the end of one more motion, or the impulse of its next contact if one comes."""
         whole = self._moving
         since = whole.run_state["steps"] * self._stepper.step
         if self._long and whole.run_state["last_contact"] > 0.0:
@@ -274,12 +277,12 @@ class LookAhead:
 
 @dataclass(frozen=True)
 class Flight:
-    """Next event of bodies in flight."""
+    """Next event of bodies that are not in contact."""
 
-    #: Time of the next contact, or at which the end was found; since the first contact.
+    #: Time since the first contact, at which the next contact comes or the end was found.
     time: float
     ending: Ending | None  #: End of the collision; None if a contact comes.
-    #: Impulse of contacts that occur only in some of several nearly equal motions.
+    #: Largest impulse of contacts that occur only in some of several nearly equal motions.
     doubt: float = 0.0
 
 
@@ -293,12 +296,12 @@ def follow(
     shortest: float,
 ) -> Flight:
     """
-    Follow bodies in flight to their next contact, or to the end of their collision.
+    Follow bodies after a contact to their next contact, or to the end of their collision.
 
     `strains`, including the gap, and `velocities` are along x at the time `now`. The last contact
     ended at `last_contact`; both times count from the first contact. The bodies have at least one
-    bond. The step shrinks with the shortest bond so far, `shortest`. Raises RunError as the
-    stepping engine does.
+    bond. The length of the step is chosen for the shortest bond so far, of length `shortest`.
+    Raises RunError as the stepping engine does.
     """
     line, bond = problem.line, problem.bond
     step = STEP / highest_frequency(bond, shortest - 1.0, line.lightest)
@@ -319,8 +322,8 @@ def follow(
         time, _ = look_ahead.times()
         if time > watch.followed_until(last_contact):
             raise unfinished_error(problem, time)
-        # Take at least one step, because right after a contact the interval between two looks would
-        # be zero.
+        # Take at least one step, because right after a contact the time until the next check is
+        # zero.
         until = max(watch.next_look(time, last_contact), time + step) - now
         status = moving.advance(math.ceil(until / step))
         if run_state["contacts"] > 0:

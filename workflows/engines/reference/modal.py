@@ -5,13 +5,13 @@ Between contacts the gap is a linear term and a sum of sines,
 
 .. math:: g(t) = D + V t + \sum_j c_j \frac{e_j \cos\omega_j t + p_j \sin\omega_j t}{\omega_j},
 
-over the modes of both bodies (a rigid wall has no modes), with the distance D of the mean
-displacements and the relative velocity V of the centres of mass. A contact of reduced mass
-:math:`\mu` with closing speed w adds :math:`2 \mu w c_j` to the velocity of each mode.
+over the modes of both bodies; a rigid wall has no modes. Here D is the difference between the mean
+displacements, and V the relative velocity of the centres of mass. A contact with reduced mass
+:math:`\mu` and closing speed w adds :math:`2 \mu w c_j` to the velocity of each mode.
 
-The end is proved. After a contact with V > 0 the gap is above :math:`D + V t - \sum_j |c_j|
-r_j/\omega_j`, where :math:`r_j^2 = e_j^2 + p_j^2`, and no contact comes once this bound is
-positive. With V < 0 a contact always comes.
+The end of the collision is proved. If V > 0 after a contact, the gap stays above :math:`D + V t -
+\sum_j |c_j| r_j/\omega_j`, where :math:`r_j^2 = e_j^2 + p_j^2`. No contact comes once this bound is
+positive. If V < 0, another contact always comes.
 """
 
 import math
@@ -38,31 +38,33 @@ from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, check_time
 from chaincor.workflows.errors import UnfinishedCollisionError
 
 SCHEME = "modal"
-# Bonds are sampled at these intervals: the first in units of 1/frequency of the mean mode by
-# energy, the second in units of sqrt(mean mass/U''(1)). A bond of a chain of equal masses (omega <=
-# 2) is then seen within 3 % of its extreme strain. The next two constants are the number of samples
-# computed at once and the largest number for one flight.
+# Bond strains are sampled at the shorter of two intervals: _SAMPLING in units of 1/frequency,
+# averaged over the energies of the modes, and SAMPLE_INTERVAL in units of sqrt(mean mass/U''(1)).
+# In a chain of equal masses (omega <= 2), the largest sampled strain of a bond is then within 3 %
+# of its largest strain. _SAMPLES_AT_ONCE samples are computed together; one flight has at most
+# _MOST_SAMPLES.
 _SAMPLING = 0.5
 SAMPLE_INTERVAL = 0.25
 _SAMPLES_AT_ONCE = 32
 _MOST_SAMPLES = 40_000
-# If a particle starts at rest on the target, the search for contacts begins after this fraction of
-# the Taylor window.
+# If particle 1 touches the target at zero relative velocity at the start, the search for contacts
+# begins after this fraction of the Taylor window.
 _FIRST_MOVE = 1e-3
-# A sum counts as zero if it is below this fraction of its terms.
+# A sum counts as zero if it is below this fraction of the sum of the magnitudes of its terms.
 _ROUNDINGS = 1e-14
-# A flight without contact stops after this much work, in windows times modes, which takes minutes.
+# A flight without a contact stops after this much work (number of windows times number of modes),
+# which takes minutes.
 _MOST_WORK = 2e9
 _WORK_AT_ONCE = WORK_AT_ONCE / 60  # one window of one mode costs 60 bond forces
-# Rounding errors are changed by multiplying all masses by these factors. Powers of 4 are left out,
-# because their roots are exact.
+# To change all rounding errors, the masses are multiplied by one of these factors. A power of 4
+# would change nothing, because its square root is exact.
 _FACTORS = (0.61, 1.7, 2.3)
-# One call of the loop records at most this many mode amplitudes.
+# One call of the loop records at most this number of mode amplitudes.
 _RECORDED = 200_000
 
 
 def supports(problem: Problem) -> bool:
-    """Return whether :func:`run` can propagate a scene by its modes."""
+    """Return whether :func:`run` supports a scene."""
     line = problem.line
     if not problem.bond.is_harmonic:
         return False
@@ -75,13 +77,14 @@ def run(problem: Problem, frame_interval: float | None = None) -> Outcome:
     """
     Run the collision of two harmonic bodies exactly.
 
-    The bodies need harmonic bonds and hard contacts, and bodies of unequal masses have at most
-    `MOST_UNEQUAL` particles. Displacements count from the place of the contact before the target
-    moved. Times, and snapshots at multiples of an interval, count from the first contact.
+    The bodies need harmonic bonds and hard contacts. A body with unequal masses may have at most
+    `MOST_UNEQUAL` particles. The origin of displacements is the position of the contact before the
+    target moved. The origin of times is the first contact; snapshots are taken at multiples of
+    `frame_interval`.
 
-    Raises SceneError for other scenes, or if the particles at the contact are at relative rest and
-    are pressed together. Raises UnfinishedCollisionError if the bodies neither meet nor part in any
-    time that can be followed.
+    Raises SceneError for other scenes, or if the particles at the contact touch at zero relative
+    velocity and are pressed together. Raises UnfinishedCollisionError if the bodies neither touch
+    nor part within the time that can be followed.
     """
     if not problem.bond.is_harmonic:
         raise SceneError(
@@ -92,7 +95,7 @@ def run(problem: Problem, frame_interval: float | None = None) -> Outcome:
             f"modal propagation needs hard contacts, and at most {MOST_UNEQUAL} particles in a "
             "body of unequal masses"
         )
-    mode_loops()  # compiling is no integration
+    mode_loops()  # compile before the integration is timed
     line = problem.line
     started = time.perf_counter()
     collision = _Collision(problem, line, frame_interval)
@@ -102,7 +105,7 @@ def run(problem: Problem, frame_interval: float | None = None) -> Outcome:
     if low > high:  # bodies of one particle have no bonds
         low = high = 0.0
     last = collision.state(collision.departure, collision.contact_times[-1])
-    begin = line.first if line.at_wall else 0  # a hard wall is no particle there
+    begin = line.first if line.at_wall else 0  # a hard wall does not count as a particle
     speeds = np.array(collision.contact_speeds)
     return finish(
         problem,
@@ -125,9 +128,10 @@ def run(problem: Problem, frame_interval: float | None = None) -> Outcome:
 
 def rounding_sensitivity(problem: Problem) -> float:
     """
-    Return the largest change of eta when all rounding errors change, for scenes of :func:`run`.
+    Return the largest change of eta in :func:`run` when all rounding errors change.
 
-    A common factor on all masses is a unit of time, on which eta does not depend.
+    To change the rounding errors, all masses are multiplied by a common factor. Without rounding,
+    eta would not change, because the factor only changes the unit of time.
     """
     line, etas = problem.line, []
     for factor in (1.0, *_FACTORS):
@@ -143,7 +147,7 @@ def rounding_sensitivity(problem: Problem) -> float:
 
 @dataclass(frozen=True)
 class _State:
-    """State of both bodies along x at one time; the strain at the gap is the gap."""
+    """State of both bodies along x at one time; one of the strains is the gap."""
 
     strains: Array
     velocities: Array
@@ -151,7 +155,7 @@ class _State:
 
 
 class _Collision:
-    """Collision in progress: its contacts, samples of the bonds and snapshots."""
+    """Collision in progress, with its contacts, extreme strains and snapshots."""
 
     def __init__(self, problem: Problem, line: Line, frame_interval: float | None) -> None:
         self._problem, self._line = problem, line
@@ -166,7 +170,7 @@ class _Collision:
         self.contact_times: list[float] = []
         self.contact_speeds: list[float] = []
         self.time = 0.0
-        # The range covers the time from the first contact to the last.
+        # The range covers the time from the first contact to the last contact.
         self.strain_min, self.strain_max = math.inf, -math.inf
 
     def run(self) -> Ending:
@@ -174,8 +178,9 @@ class _Collision:
         self._start()
         gap, run_state = self._gap, np.zeros(1, RUN_STATE)[0]
         run_state.wall_distance, run_state.flown = gap.wall_distance, self.time
-        # This is twice the reduced mass of the contact up to the last digits of the shapes. With
-        # these digits no contact changes the energy, so no error adds up over many contacts.
+        # This is twice the reduced mass of the contact, computed from the rounded shapes. With this
+        # value a contact conserves the energy to rounding; therefore no error accumulates over many
+        # contacts.
         exchange = 2.0 / math.fsum(gap.shape**2)
         modes, worked, bounce = len(gap.omega), 0.0, mode_loops().bounce
         most = max(_RECORDED // modes, 1)
@@ -222,7 +227,7 @@ class _Collision:
         self._note(strains)
 
     def _start(self) -> None:
-        """Let bodies collide or part if they touch at the start."""
+        """Decide whether bodies that touch at the start collide or part."""
         line, gap = self._line, self._gap
         closing = float(line.velocities[line.gap] - line.velocities[line.first])
         if gap.wall_distance > 0.0 or closing != 0.0:
@@ -233,12 +238,12 @@ class _Collision:
                 "presses it there, which is no collision of hard particles. Let particle 1 "
                 "approach, or leave a gap"
             )
-        # Rounding must not decide the direction.
+        # Rounding must not decide whether the bodies part.
         self.time = _FIRST_MOVE * mode_loops().taylor_window(gap.modes, 0.0)
         self._gap = gap.drifted(self.time)
 
     def _is_pressed(self) -> bool:
-        """Return whether the first derivative of the gap that is not zero is negative."""
+        """Return whether the lowest nonzero derivative of the gap is negative."""
         gap = self._gap
         sign = -1.0
         for order in range(1, len(gap.omega) + 1):
@@ -251,7 +256,7 @@ class _Collision:
         return False
 
     def _missed(self) -> float:
-        """Return the largest impulse that later contacts could give with all energy."""
+        """Return the largest impulse that later contacts could give."""
         mass, gap_derivatives = self._line.reduced_mass, self._gap.gap_derivatives
         vibrating = self._gap.strain_modes[1:] ** 2 + self._gap.velocity_modes[1:] ** 2
         return mass * gap_derivatives + math.sqrt(
@@ -259,7 +264,7 @@ class _Collision:
         )
 
     def _sample_flight(self, duration: float) -> None:
-        """Sample the bonds in the flight after the last contact."""
+        """Sample the bond strains in the flight after the last contact."""
         omega = self.departure.omega
         if duration * self._fastest <= _SAMPLING:
             return
@@ -281,7 +286,7 @@ class _Collision:
                 self.strain_max = max(self.strain_max, float(np.max(each)))
 
     def state(self, gap: ModalGap, moment: float) -> _State:
-        """Return both bodies at a moment since the first contact."""
+        """Return the state of both bodies; `moment` is the time since the first contact."""
         bodies, line = self._bodies, self._line
         chain_strains, target_strains = bodies.strains(gap.strain_modes)
         moving, resting = bodies.velocities(gap.velocity_modes)
@@ -289,14 +294,14 @@ class _Collision:
         if bodies.target is not None:
             masses = line.target_masses
             whole = float(np.sum(masses))
-            # The target has lost all momentum that the chain gained, and likewise for
-            # displacements.
+            # The total momentum is conserved; this gives the velocity and the displacement of the
+            # target's centre of mass.
             share = line.reduced_mass / whole
             drift = -share * (gap.gap_derivatives - self._approach)
             drifted = self._approach * (moment + self._flown_before)
             mean = -share * (gap.mean_distance - self._first_distance - drifted)
             outward = np.cumsum(np.concatenate(([0.0], target_strains)))
-            # Displacements count from the initial place of the contact, not from the centre of
+            # The origin of displacements is the initial position of the contact, not the centre of
             # mass.
             at_first = np.cumsum(np.concatenate(([0.0], line.strains[: line.gap][::-1])))
             mean -= float(masses @ at_first) / whole
@@ -309,7 +314,7 @@ class _Collision:
         )
 
     def _take_snapshots(self, until: float) -> None:
-        """Take the snapshots due between the last contact and a time."""
+        """Take the snapshots between the last contact and the time `until`."""
         if self._interval is None:
             return
         while (moment := len(self._snapshots) * self._interval) < until or moment == 0.0:
@@ -317,7 +322,7 @@ class _Collision:
             self._snapshots.append(self.state(self.departure.drifted(flown), moment))
 
     def frames(self) -> Frames | None:
-        """Return the snapshots; None if no interval was given."""
+        """Return the snapshots; None without a `frame_interval`."""
         if self._interval is None:
             return None
         times = [k * self._interval for k in range(len(self._snapshots))]

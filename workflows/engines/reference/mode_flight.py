@@ -3,14 +3,15 @@ Represent two harmonic bodies by their modes, and the gap as a sum over the mode
 
 A mode is stored as its velocity :math:`p_j` and its strain-like amplitude :math:`e_j = \omega_j
 q_j`, with :math:`q_j = \sum_i a_{ij} \sqrt{m_i} u_i`. The motion of a mode is then a rotation, and
-a long wave of large amplitude takes no digits from a short one. All coordinates count outward from
-the contact, so a target is its own mirror image, and a rigid wall is a body without modes. With the
-share :math:`c_j` of each mode in the gap, the gap follows
+short waves keep all their digits beside long waves of large amplitude. All coordinates count
+outward from the contact; a target is therefore described as its mirror image. A rigid wall is a
+body without modes. If :math:`c_j` is the share of each mode in the gap, the gap follows
 
 .. math:: \dot g = \sum_j c_j p_j, \quad \ddot g = -\sum_j c_j \omega_j e_j, \quad
           g^{(m + 2)} = \sum_j c_j (-\omega_j^2) \dots
 
-Its Taylor series is exact to rounding over a window that its remainder decides, see ``mode_loops``.
+The Taylor series of the gap is exact to rounding within a time window, which follows from the
+remainder of the series, see ``mode_loops``.
 """
 
 import math
@@ -25,18 +26,19 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.reference.mode_loops import Modes, mode_loops
 
-# The shapes of modes of unequal masses are matrices, which take a time of n^3: 0.7 s for 300, 12 s
-# for 1000.
+# The mode shapes of n unequal masses are a matrix, which takes a time proportional to n^3: 0.7 s
+# for n = 300, 12 s for n = 1000.
 MOST_UNEQUAL = 600
 
 
 class BodyModes:
     r"""
-    Modes j = 1..n-1 of a free body; bodies of equal masses use cosine and sine transforms.
+    Modes j = 1..n-1 of a free body.
 
-    `masses` count from the contact outward. `omega` are the frequencies and `contact` is :math:`c_j
-    = a_{1j}/\sqrt{m_1}`. The displacement of the particle at the contact is the displacement of the
-    centre of mass plus :math:`\sum_j c_j q_j`. Both arrays are of shape (n - 1,).
+    Bodies of equal masses use cosine and sine transforms. `masses` are listed from the contact
+    outward. `omega` contains the frequencies and `contact` the shares :math:`c_j =
+    a_{1j}/\sqrt{m_1}`; both are of shape (n - 1,). The displacement of the particle at the contact
+    is the displacement of the centre of mass plus :math:`\sum_j c_j q_j`.
     """
 
     def __init__(self, masses: Array, stiffness: float) -> None:
@@ -51,23 +53,23 @@ class BodyModes:
             return
         self._modes = free_modes(masses, stiffness)
         self.omega = self._modes.frequencies
-        # There are two formulas for this amplitude; take the one that loses fewer digits. The other
-        # formula follows from m_1 du_1/dt being the first tension.
+        # There are two formulas for c_j; use the one that loses fewer digits. The formula by_strain
+        # follows from the equation of motion of particle 1.
         by_strain = -self._root * self._modes.strains[0] / (first * self.omega)
         by_particle = self._modes.particles[0] / first**0.5
         sharper = self.omega * first**0.5 > self._root
         self.contact = np.where(sharper, by_strain, by_particle)
 
     def strain_amplitudes(self, strains: Array) -> Array:
-        """Return the amplitudes e_j of strains, both of shape (n - 1,)."""
+        """Return the amplitudes e_j for strains; both arrays are of shape (n - 1,)."""
         if self._modes is None:
             return -self._root * _sine_transform(strains)
         return self._root * (strains @ self._modes.strains)
 
     def velocity_amplitudes(self, velocities: Array) -> Array:
-        """Return the amplitudes p_j, of shape (n - 1,), of velocities of shape (n,)."""
-        # No mode contains the translation. Without it, a body at rest in itself has amplitudes of
-        # exactly zero.
+        """Return the amplitudes p_j, of shape (n - 1,), for velocities of shape (n,)."""
+        # No mode contains the translation. Subtracting a velocity makes the amplitudes of a body
+        # without vibration exactly zero.
         about = velocities - velocities[0]
         if self._modes is None:
             from scipy.fft import dct
@@ -76,13 +78,13 @@ class BodyModes:
         return (np.sqrt(self.masses) * about) @ self._modes.particles
 
     def strains(self, amplitudes: Array) -> Array:
-        """Return the strains of amplitudes e_j, both of shape (..., n - 1)."""
+        """Return the strains for amplitudes e_j; both arrays are of shape (..., n - 1)."""
         if self._modes is None:
             return -_sine_transform(amplitudes) / self._root
         return (amplitudes @ self._modes.strains.T) / self._root
 
     def velocities(self, amplitudes: Array) -> Array:
-        """Return the velocities about the centre of mass, of shape (n,), of amplitudes p_j."""
+        """Return the velocities in the centre-of-mass frame, of shape (n,), for amplitudes p_j."""
         if self._modes is None:
             from scipy.fft import idct
 
@@ -92,7 +94,7 @@ class BodyModes:
 
 
 def body_modes(masses: Array, stiffness: float) -> BodyModes:
-    """Return the modes of a body, which must not be changed; the last few are cached."""
+    """Return the modes of a body from a cache; the caller must not change them."""
     return _kept(masses.tobytes(), stiffness)
 
 
@@ -110,17 +112,17 @@ def _sine_transform(values: Array) -> Array:
 
 @dataclass
 class ModalGap:
-    """Gap between two bodies in their modes; the first mode is the translation."""
+    """Modes of two bodies and the gap between them; the first mode is the translation."""
 
     strain_modes: Array  #: Amplitudes e_j = omega_j q_j; of shape (n,).
     velocity_modes: Array  #: Amplitudes p_j; of shape (n,).
     omega: Array  #: Frequencies; of shape (n,).
     shape: Array  #: Share c_j of each mode in the gap; of shape (n,).
-    wall_distance: float = 0.0  #: Gap; before a wall the x of particle 1.
+    wall_distance: float = 0.0  #: Gap; at a wall it is the x of particle 1.
 
     @property
     def modes(self) -> Modes:
-        """Arrays of the modes for the loops, which change them in place."""
+        """Arrays of the modes; loops change these arrays in place."""
         return self.strain_modes, self.velocity_modes, self.omega, self.shape
 
     @property
@@ -130,7 +132,7 @@ class ModalGap:
 
     @property
     def mean_distance(self) -> float:
-        """Distance D of the mean displacements."""
+        """Difference D between the mean displacements."""
         vibration = self.shape[1:] @ (self.strain_modes[1:] / self.omega[1:])
         return self.wall_distance - float(vibration)
 
@@ -141,10 +143,11 @@ class ModalGap:
         )
 
     def drifted(self, duration: float) -> Self:
-        """Return a copy after a free flight of a duration, without a search for contacts."""
+        """Return a copy after a free flight; contacts are not searched for."""
         later = self.copy()
         mode_loops().rotate(later.modes, duration)
-        # The gap changes by the integral of its velocity; 1 - cos is computed without cancellation.
+        # The gap changes by the integral of its velocity. The term 1 - cos is computed as 2 sin^2,
+        # without cancellation.
         vibrating, omega = slice(1, None), self.omega[1:]
         swing = self.velocity_modes[vibrating] * np.sin(omega * duration)
         swing -= 2.0 * self.strain_modes[vibrating] * np.sin(0.5 * omega * duration) ** 2
@@ -165,15 +168,16 @@ class ModalBodies:
         self._split = len(line.chain_masses)  # index of the first mode of the target
 
     def at_start(self) -> ModalGap:
-        """Return the gap at the start."""
+        """Return the modes and the gap at the start."""
         line, chain = self.line, self.chain
         strains = [chain.strain_amplitudes(line.strains[line.first :])]
         speeds = [chain.velocity_amplitudes(line.velocities[line.first :])]
         if self.target is not None:
-            # The target extends from the contact towards -x. Its mirror image is a chain.
+            # The target extends from the contact towards -x; its mirror image is treated like a
+            # chain.
             strains.append(self.target.strain_amplitudes(line.strains[: line.gap][::-1]))
             speeds.append(self.target.velocity_amplitudes(-line.velocities[: line.first][::-1]))
-        # The relative motion of the centres of mass has the reduced mass.
+        # The mass of the relative motion of the centres of mass is the reduced mass.
         translation = 1.0 / math.sqrt(line.reduced_mass)
         approach = line.separation(line.velocities)
         bodies = [chain] + ([self.target] if self.target else [])
@@ -187,14 +191,14 @@ class ModalBodies:
         )
 
     def strains(self, amplitudes: Array) -> tuple[Array, Array]:
-        """Return the strains of the chain and of the target for amplitudes e_j (..., modes)."""
+        """Return the strains of chain and target for amplitudes e_j of shape (..., modes)."""
         chain = self.chain.strains(amplitudes[..., 1 : self._split])
         if self.target is None:
             return chain, np.empty(0)
         return chain, self.target.strains(amplitudes[..., self._split :])
 
     def velocities(self, amplitudes: Array) -> tuple[Array, Array]:
-        """Return the velocities of both bodies about their centres of mass, outward, for p_j."""
+        """Return the outward velocities of both bodies in their centre-of-mass frames, for p_j."""
         chain = self.chain.velocities(amplitudes[1 : self._split])
         if self.target is None:
             return chain, np.zeros(1)

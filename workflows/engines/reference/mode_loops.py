@@ -13,27 +13,30 @@ from chaincor.workflows.engines.reference.compile import LoopCompiler
 
 # The Taylor series of ``mode_flight`` has this many terms.
 TERMS = 26
-# `bounce` returns for one of these reasons: no contact can come, or its share of the work is done.
+# `bounce` returns PROVED if no contact can come any more, and MORE if it has done its share of the
+# work.
 PROVED, MORE = range(2)
 
-# The Taylor series of the gap has this remainder, relative to the sum of the speeds of all modes.
+# This is the remainder of the Taylor series of the gap, relative to the sum of the speeds of all
+# modes.
 _REST = 1e-19
 _FACTORIAL = float(math.factorial(TERMS))
-# This margin lies above the rounding of the sum over all modes.
+# This margin exceeds the rounding error of the sum over all modes.
 _PROOF_MARGIN = 1.0 + 1e-9
-# A contact costs this much, in units of the work of a window.
+# The work of a contact equals the work of this many windows.
 _CONTACT_WORK = 2.0
 
-# The compiler may change no rounding, or may sum in any order so that sums can be vectorised.
+# With _EXACT, the compiler may not change any rounding. With _SUMS, it may sum in any order, so
+# that sums can be vectorised.
 _EXACT: frozenset[str] = frozenset()
 _SUMS = frozenset({"contract", "reassoc"})
 
-# Amplitudes e_j and p_j, frequencies, and share of each mode in the gap, each of shape (n,); the
-# first mode is the translation.
+# The four arrays are the amplitudes e_j and p_j, the frequencies, and the share of each mode in the
+# gap; each is of shape (n,). The first mode is the translation.
 Modes = tuple[Array, Array, Array, Array]
 
-# The run state holds the gap, the time since the last contact, and the number of contacts in the
-# record.
+# The run state contains the gap, the time since the last contact, and the number of recorded
+# contacts.
 RUN_STATE: Any = np.dtype(
     (np.record, [("wall_distance", "f8"), ("flown", "f8"), ("contacts", "i8")]),
 )
@@ -43,14 +46,14 @@ class ModeLoops(NamedTuple):
     """Compiled loops."""
 
     bounce: Callable  #: Loop from contact to contact, see `build_bounce`.
-    rotate: Callable  #: ``rotate(modes, time)`` moves all modes freely, in place.
-    #: ``taylor_window(modes, wall_distance)``: time over which the series holds.
+    rotate: Callable  #: ``rotate(modes, time)`` moves all modes without contacts, in place.
+    #: ``taylor_window(modes, wall_distance)``: time for which the series is exact to rounding.
     taylor_window: Callable
 
 
 @lru_cache(maxsize=1)
 def mode_loops() -> ModeLoops:
-    """Return the loops, compiled or loaded."""
+    """Compile or load the loops, and return them."""
     compiler = LoopCompiler("modes", keep=True)
     bounce = compiler.compile(build_bounce(partial(compiler.register, inline=False)), _EXACT)
     window = compiler.compile(taylor_window, _EXACT)
@@ -82,7 +85,7 @@ def expand_path(modes: Modes, wall_distance: float, path: Array, moving: Array) 
 
 
 def rotate(modes: Modes, time: float) -> None:
-    """Move all modes freely, in place."""
+    """Move all modes without contacts, in place."""
     strain_modes, velocity_modes, omega, _ = modes
     for j in range(omega.shape[0]):
         cosine = np.cos(omega[j] * time)
@@ -94,10 +97,10 @@ def rotate(modes: Modes, time: float) -> None:
 
 def taylor_window(modes: Modes, wall_distance: float) -> float:
     r"""
-    Return the time over which a Taylor series of the gap holds.
+    Return the time for which a Taylor series of the gap is exact to rounding.
 
-    With m terms the remainder is below :math:`\sum_j |c_j| r_j (\omega_j t)^{m - 1} t/m!`. A fast
-    mode enters only by its share in the gap.
+    With m terms, the remainder is below :math:`\sum_j |c_j| r_j (\omega_j t)^{m - 1} t/m!`. A fast
+    mode with a small share in the gap therefore hardly shortens this time.
     """
     strain_modes, velocity_modes, omega, shape = modes
     fastest, total, share = 0.0, 0.0, 0.0
@@ -110,7 +113,7 @@ def taylor_window(modes: Modes, wall_distance: float) -> float:
             share += speed * (omega[j] / fastest) ** (TERMS - 1)
     if share > 0.0:
         return (_REST * _FACTORIAL * (total / share)) ** (1.0 / (TERMS - 1)) / fastest
-    # Bodies that do not vibrate have at most one contact, at a known time.
+    # Bodies that do not vibrate have at most one contact, whose time is known.
     gap_derivatives = shape[0] * velocity_modes[0]
     return 2.0 * wall_distance / -gap_derivatives if gap_derivatives < 0.0 < wall_distance else 1.0
 
@@ -132,11 +135,12 @@ def build_bounce(register: Callable) -> Callable:
     """
     Return the loop that moves from contact to contact.
 
-    ``bounce(run_state, modes, exchange, work, record, scratch)`` applies at each contact the
-    momentum `exchange` times the closing speed. It stops after `work`, in windows times modes, or
-    when the record is full. The record holds the closing speed of each contact and the time since
-    the contact before, both of shape (most,), and e_j and p_j right after each contact, of shape
-    (most, n). The scratch arrays are described in `expand_path`. Returns ``PROVED`` or ``MORE``.
+    ``bounce(run_state, modes, exchange, work, record, scratch)`` transfers the momentum `exchange`
+    times the closing speed at each contact. It stops after `work`, the number of windows times
+    modes, or when the record is full. The record has four arrays: the closing speed of each contact
+    and the time since the previous contact, of shape (most,), and e_j and p_j right after each
+    contact, of shape (most, n). The scratch arrays are described in `expand_path`. Returns
+    ``PROVED`` or ``MORE``.
     """
     exact = partial(register, fastmath=_EXACT)
     expand, turn = register(expand_path, fastmath=_SUMS), register(rotate)
@@ -146,8 +150,8 @@ def build_bounce(register: Callable) -> Callable:
     def fly(
         run_state: Any, modes: Modes, window: float, longest: float, scratch: tuple[Array, Array]
     ) -> tuple[float, float]:
-        # Fly to the next contact, without its effect on the modes, or for whole windows until
-        # `longest`. Return the time and the opening velocity of the gap, which is positive if there
+        # Move the modes to the next contact, without applying it, or by whole windows until
+        # `longest`. Return the duration and the rate of the gap; a positive rate means that there
         # was no contact.
         path, moving = scratch
         flown = 0.0

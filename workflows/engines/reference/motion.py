@@ -1,4 +1,4 @@
-"""Build the loops over the steps of a line: from event to event, and coarse steps."""
+"""Build the loops over steps: exact steps with contact events, and coarse steps."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -22,18 +22,18 @@ from chaincor.workflows.engines.reference.stages import Parameters, State, Verle
 from chaincor.workflows.engines.reference.tracked import Overlapping, build_track
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# A log has room for this many substeps of one step, because soft contacts need many graded
-# substeps.
+# A log reserves room for this many substeps in one step. Soft contacts need many graded substeps.
 SPARE_SUBSTEPS, SPARE_GRADED_SUBSTEPS = 8, 256
 
-# A bond this far ahead of the front cannot be reached within one step. Over k bonds a disturbance
-# falls by about H^(2k)/(2k)!, which is 4e-36 at H = 1. Moving only the bonds behind the front
-# therefore changes no digit.
+# In a cold chain, a disturbance cannot reach a bond that is this many bonds ahead of the front
+# within one step. Along k bonds it decreases by a factor of about H^(2k)/(2k)!, which is 4e-36 at H
+# = 1. Moving only the bonds behind the front therefore changes no digit.
 FRONT_MARGIN = 16
-# A bond counts as at rest if its strain is below this number times the impact velocity. All strains
-# neglected in a run together are orders of magnitude below rounding.
+# A bond is ahead of the front if its strain is below this factor times the impact velocity. The sum
+# of all strains neglected in a run is orders of magnitude below the rounding error.
 FRONT_THRESHOLD = 1e-24
-# The front advances by as many bonds as fill a vector, because a remainder loop is scalar.
+# The front advances by a full vector of bonds at a time, because the remainder of a vectorised loop
+# is scalar.
 FRONT_BLOCK = 8
 
 
@@ -46,25 +46,25 @@ class LineArrays(NamedTuple):
     kept: State
     near: State  #: Scratch: state of the particles near the contact during a search.
     trial: State  #: Scratch: state within a step.
-    #: Times, closing speeds and impulses on the chain; of shape (3, capacity).
+    #: Times, closing speeds and impulses of the contacts; of shape (3, capacity).
     contacts: Array
-    #: Masses of the particles of the chain; 0 for particles of a target; of shape (N,).
+    #: Masses of the chain's particles, 0 for particles of a target; of shape (N,).
     masses: Array
     tracked: Array  #: Values of `tracked.TRACKED`.
     #: First index and index past the end of the particles near the contact; of shape (2,).
     window: NDArray[np.int64]
-    #: Duration of each substep, and whether a contact ends it; of shape (2, capacity). The capacity
-    #: is mostly 0, and no log is kept then.
+    #: Duration of each substep, and whether an event ends it; of shape (2, capacity). If the
+    #: capacity is 0, which is usual, no log is recorded.
     log: Array
 
 
 def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable) -> Callable:
     """
-    Return the loop of the stepping engine; `build_step` belongs to a scheme, see ``schemes``.
+    Return the loop of the stepping engine; `build_step` is defined by a scheme, see ``schemes``.
 
     ``advance(run_state, arrays, target_steps, step, rule)`` takes steps until `target_steps` steps
-    are done or an event needs the caller, and returns the reason. If there is a log, it also
-    returns `DONE` as soon as the log may lack room for the substeps of another step.
+    are done or the caller must act, and returns the reason. If there is a log, it also returns
+    `DONE` as soon as the log may have no room for the substeps of another step.
     """
     register, wall = source.register, source.kind.at_wall
     slice_parameters = read_parameters(source).slice_parameters
@@ -98,8 +98,8 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
                 return FULL
             if 0 < log.shape[1] < run_state.substeps + spare:
                 return DONE
-            # Contacts within a step split the step but do not shift the times of later steps, so
-            # the motion stays reversible in time.
+            # Contacts divide a step into substeps but do not shift the times of later steps. The
+            # motion therefore stays reversible in time.
             since = run_state.steps * step
             bonds = run_state.active
             near_bonds = wanted = end - begin - 1
@@ -120,7 +120,7 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
                     begun, sign, near_bonds, wanted, kept_near, near, trial, near_rule
                 )
                 # If a contact is likely, the few particles that act on the gap are moved first.
-                # This costs less than to move all particles and to undo it.
+                # This costs less than moving all particles and undoing the step.
                 likely = is_likely(run_state, start, far)
                 if likely:
                     reached = state_after(far, path)
@@ -139,7 +139,7 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
                     )
                     run_state.evaluations += run_state.step_evaluations
                 if not wall and run_state.touching:
-                    # The condition of a parting has the opposite sign.
+                    # While the bodies overlap, the condition has the opposite sign.
                     ended = condition(run_state.position, now, -sign, parameters)
                     before = Overlapping(-start[0], -start[1], -start[2])
                     track(tracked, before, Overlapping(ended[0], ended[1], ended[2]), moved)
@@ -166,10 +166,10 @@ def build_coarse_steps(source: KernelSpec, stages: VerletKernels) -> Callable:
     Return the loop over coarse steps of bodies that stay apart, for look-ahead runs.
 
     ``take_coarse_steps(run_state, state, asked, parameters)`` takes Verlet steps and returns how
-    many it took. `asked` holds the number of steps, their size, the least allowed gap, and two
-    flags for the first and the last part of a flight. The loop takes fewer steps if the gap gets
-    too small or a strain is not allowed. The state is half a step off after such a return, and
-    between the parts of a flight.
+    many it took. `asked` contains the number of steps, their length, the least allowed gap, and two
+    flags that mark the first and the last part of a flight. The loop takes fewer steps if the gap
+    gets too small or a strain is not allowed. After such a return, and between the parts of a
+    flight, positions and velocities are half a step apart.
     """
     stage, drift, are_allowed = stages.stage, stages.drift, stages.are_allowed
     wall = source.kind.at_wall
@@ -203,11 +203,11 @@ def build_coarse_steps(source: KernelSpec, stages: VerletKernels) -> Callable:
 
 def build_look_ahead(source: KernelSpec, stages: VerletKernels) -> Callable:
     """
-    Return the loop over coarse steps of many chains before a hard wall.
+    Return the loop over coarse steps of many chains at a hard wall.
 
     ``look_ahead(run_states, strains, velocities, counts, steps, clearances, done, parameters)``
-    moves each chain, a row of the arrays, by `counts` steps while its distance from the wall
-    exceeds the clearance. It writes the number of steps taken to `done`.
+    moves each chain, stored as a row of the arrays, by `counts` steps while its distance from the
+    wall exceeds the clearance. The loop writes the number of steps taken to `done`.
     """
     take_coarse_steps = source.register(build_coarse_steps(source, stages))
 

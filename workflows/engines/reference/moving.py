@@ -1,4 +1,4 @@
-"""Hold the bodies of a line in motion, as the loops of the stepping engine need them."""
+"""Store the bodies in motion in the form that the loops of the stepping engine need."""
 
 import math
 from dataclasses import dataclass, replace
@@ -25,13 +25,13 @@ from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
 @dataclass(frozen=True)
 class Stepper:
-    """Steps of one scheme and size for one line."""
+    """Steps with one scheme and step length for given bodies."""
 
     line: Line  #: Bodies.
     bond: Potential  #: Potential of all bonds.
     kernels: Kernels  #: Loops.
-    #: Coefficients of the scheme and parameters of the bonds, with masses and contact unless these
-    #: are standard.
+    #: Coefficients of the scheme and parameters of the bonds, also of masses and contact if these
+    #: are not standard.
     rule: StepCoefficients
     scheme: StepScheme  #: Scheme of a step.
     step: float  #: Whole step H.
@@ -39,9 +39,9 @@ class Stepper:
     @classmethod
     def of(cls, line: Line, bond: Potential, scheme: str, step: float) -> "Stepper":
         """
-        Return the steps of a scheme, of size H, for a line.
+        Return the steps with a scheme and a length H for the bodies in `line`.
 
-        The loops for its bond are compiled or loaded if this process does not have them yet.
+        The loops for the bond are compiled or loaded if this process does not have them yet.
         """
         kind, made_of = LineTraits.of(line), STEP_SCHEMES[scheme]
         kernels = kernels_for(bond, made_of, kind)
@@ -53,36 +53,36 @@ class Stepper:
         )
 
     def of_size(self, step: float) -> "Stepper":
-        """Return a stepper of the same scheme with steps of another size."""
+        """Return a stepper with the same scheme and another step length."""
         return replace(self, step=step)
 
     def advance(self, run_state: np.record, arrays: motion.LineArrays, target_steps: int) -> int:
-        """Take steps with the loop over the whole line, see ``motion``."""
+        """Take steps with the loop over all bonds, see ``motion``."""
         return int(self.kernels.advance(run_state, arrays, target_steps, self.step, self.rule))
 
 
 @dataclass
 class Motion:
-    """Bodies of a line in motion, with all arrays of their loops."""
+    """Bodies in motion, with all arrays of their loops."""
 
     stepper: Stepper  #: Steps that move the bodies.
     run_state: np.record  #: Scalar variables of the run, see ``bookkeeping``.
-    #: Current state, state right after the last contact, contacts, and scratch.
+    #: Current state, state right after the last contact, record of contacts, and scratch.
     arrays: motion.LineArrays
 
     @property
     def line(self) -> Line:
-        """Bodies of the line."""
+        """Bodies along x."""
         return self.stepper.line
 
     @property
     def strain(self) -> Array:
-        """Bond lengths less one, with the gap between two bodies; may be changed in place."""
+        """Bond lengths less one, including the gap between two bodies; may be changed in place."""
         return self.arrays.now.strain
 
     @property
     def velocity(self) -> Array:
-        """Velocities along x of all particles without a hard wall; may be changed in place."""
+        """Velocities of all particles along x, without a hard wall; may be changed in place."""
         return self.arrays.now.velocity
 
     @property
@@ -114,7 +114,7 @@ class Motion:
 
     @property
     def impulses(self) -> Array:
-        """Impulses on the chain, one for each contact."""
+        """Impulses on the chain at the contacts."""
         return self.arrays.contacts[2, : self.run_state["contacts"]]
 
     @classmethod
@@ -122,8 +122,8 @@ class Motion:
         """
         Return the bodies of a scene at t = 0, after the first contact if they touch and approach.
 
-        The line has at least one bond. In a cold chain at a hard wall only the bonds near the wall
-        move.
+        The bodies have at least one bond. In a cold chain at a hard wall, only the bonds near the
+        wall move.
         """
         for known, scheme, start in _last_start:
             if known is problem and scheme is stepper.scheme:
@@ -140,14 +140,14 @@ class Motion:
         cls, stepper: Stepper, strains: Array, velocities: Array, speed: float
     ) -> "Motion":
         """
-        Return the bodies in any state, at t = 0, before any contact; all bonds move.
+        Return bodies in any given state, at t = 0, before any contact; all bonds move.
 
-        `strains`, including the gap, and `velocities` are along x as in a `Line`. `speed` is v0. It
-        decides whether a contact is likely, and where the front of a cold chain is.
+        `strains`, including the gap, and `velocities` are along x as in a `Line`. `speed` is v0;
+        the estimates of likely contacts and of the front of a cold chain use it.
         """
         line, bond, scheme = stepper.line, stepper.bond, stepper.scheme
         at_wall = line.at_wall
-        # The particle of the target at the contact starts at its natural place.
+        # The target's particle at the contact starts at its natural position.
         position = float(strains[0]) if at_wall else -float(np.sum(strains[: line.gap]))
         run_state = np.zeros(1, bookkeeping.RUN_STATE)[0]
         run_state["momentum"] = line.reduced_mass * line.separation(velocities)
@@ -192,7 +192,7 @@ class Motion:
         return cls(stepper, run_state, arrays)
 
     def _renewed(self, stepper: Stepper) -> "Motion":
-        """Return a copy with arrays of its own and other steps of the same scheme."""
+        """Return a copy with separate arrays and with another stepper of the same scheme."""
         old = self.arrays
         arrays = old._replace(
             now=old.now.copied(),
@@ -219,8 +219,8 @@ class Motion:
         if self.gap != 0.0 or closing <= 0.0:
             return
         given = 2.0 * line.contact_mass * closing
-        # This repeats `bookkeeping.record_contact`, which as Python code would take a tenth of a
-        # short collision.
+        # This code repeats `bookkeeping.record_contact`, which would take a tenth of the time of a
+        # short collision in Python.
         self.arrays.contacts[:, 0] = 0.0, closing, given
         run_state["contacts"] = 1
         if line.soft:
@@ -245,11 +245,11 @@ class Motion:
         return np.append(self.gap, self.strain), np.append(0.0, self.velocity)
 
     def bodies(self) -> list[Body]:
-        """Return the bodies in the form of the end criteria."""
+        """Return the bodies in the form that the search for the end needs."""
         line = self.line
         if not self.at_wall:
             return bodies_of(line, self.stepper.bond, self.strain, self.velocity)
-        # This is equivalent and eight times as fast, which matters for short chains.
+        # This is equivalent to `bodies_of` and eight times as fast, which matters for short chains.
         masses = None if line.unit else line.chain_masses
         return [Body(self.gap, self.strain, self.velocity, masses)]
 
@@ -257,7 +257,7 @@ class Motion:
         """
         Return an independent copy with room for `room` contacts.
 
-        The copy counts at most the first contact, and shares the scratch arrays.
+        The copy has at most one recorded contact, and shares the scratch arrays.
         """
         run_state = self.run_state.copy()
         run_state["contacts"] = min(int(run_state["contacts"]), 1)
@@ -302,5 +302,5 @@ class Motion:
                 return status
 
 
-# Start of the last problem, with its scheme: runs of one collision at several steps share it.
+# Cache of the last problem, its scheme and its start, for runs of one collision at several steps.
 _last_start: list[tuple[Problem, StepScheme, Motion]] = []

@@ -12,10 +12,10 @@ from chaincor.workflows.engines.reference.moving import Motion
 
 class Recorder:
     """
-    Recorder of snapshots, which moves copies of the bodies so that no result changes.
+    Recorder of snapshots; it moves copies of the bodies, so that snapshots change no result.
 
-    The caller alternates between steps and :meth:`record`. With an interval of None no snapshots
-    are taken.
+    The caller alternates between taking steps and calling :meth:`record`. If the interval is None,
+    no snapshots are taken.
     """
 
     def __init__(self, moving: Motion, interval: float | None) -> None:
@@ -25,14 +25,14 @@ class Recorder:
         self._states: list[tuple[Array, Array]] = []
 
     def _next_time(self) -> float:
-        """Return the time of the next snapshot since the start of the motion."""
+        """Return the time of the next snapshot, counted from the start of the motion."""
         run_state = self._moving.run_state
         if self._interval is None or run_state["contacts"] == 0:
             return math.inf
         return float(run_state["first_contact"]) + len(self._times) * self._interval
 
     def next_step(self) -> float:
-        """Return the number of steps to reach before :meth:`record` is called."""
+        """Return the number of steps to be done before :meth:`record` is called."""
         if self._interval is None:
             return math.inf
         steps = int(self._moving.run_state["steps"])
@@ -53,7 +53,7 @@ class Recorder:
 
     def _take(self, source: Motion, now: float) -> None:
         copy = source.copy()
-        # Take one step over the missing time, with its contacts.
+        # Take one step over the missing time, including its contacts.
         missing = now - float(copy.run_state["steps"] * self._step)
         copy.stepper = copy.stepper.of_size(max(missing, 0.0))
         copy.advance(int(copy.run_state["steps"]) + 1)
@@ -62,7 +62,7 @@ class Recorder:
         self._states.append((displacements, copy.velocity))
 
     def record_until(self, end: float) -> None:
-        """Take all snapshots up to a time since the first contact; no contact comes before."""
+        """Take all snapshots up to the time `end` since the first contact, without more contacts."""
         run_state = self._moving.run_state
         run_state["argue_after"] = math.inf
         until = float(run_state["first_contact"]) + end
@@ -71,7 +71,7 @@ class Recorder:
             self.record()
 
     def collected(self, until: float) -> Frames | None:
-        """Return the snapshots up to a time since the first contact, or None if off."""
+        """Return the snapshots up to the time `until` since the first contact; None if off."""
         if self._interval is None:
             return None
         begin = float(self._moving.run_state["first_contact"])

@@ -1,15 +1,15 @@
 r"""
-Build the stages of a Verlet step, as loops for the compiler.
+Build the stages of a Verlet step as loops to be compiled.
 
 The state consists of the distance of particle 1 from the wall, the bond strains :math:`s_i =
 u_{i+1} - u_i` and the velocities :math:`v_i`. A slow chain then loses no digits to absolute
-coordinates. The step is the position form, drift - kick - drift:
+coordinates. The Verlet step has the position form, drift - kick - drift:
 
 .. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + (k/m_i)\,(F(s_{i-1}) - F(s_i)),
 
-Two bodies, and a soft wall, have the gap among their strains, with the force of the contact law
-while the bodies overlap and no force otherwise. The drifts of neighbouring steps merge, so one
-stage of a composition is one drift and one kick in a single pass.
+For two bodies, or a soft wall, one of the strains is the gap. Its force is that of the contact law
+while the bodies overlap, and zero otherwise. The drifts of neighbouring steps merge. One stage of a
+composition is therefore one drift and one kick, in a single pass through the bonds.
 """
 
 from collections.abc import Callable
@@ -26,11 +26,11 @@ from chaincor.workflows.engines.reference.line_traits import (
     read_parameters,
 )
 
-# Parameters of a line are `LineParameters`, or for unit masses the parameters of the force kernel,
-# a NamedTuple type for each potential.
+# Parameters are `LineParameters`, or the parameters of the force kernel if all masses are 1. Each
+# potential has its own NamedTuple type for them.
 Parameters = Any
 
-# A cache line has this many bytes.
+# This is the size of a cache line in bytes.
 LINE = 64
 _ON_A_LINE = LINE // 8
 
@@ -44,10 +44,10 @@ class State(NamedTuple):
     @classmethod
     def room(cls, bonds: int) -> "State":
         """
-        Return a state for a number of bonds, with arrays that are not filled.
+        Return a state for a number of bonds, with uninitialised arrays.
 
-        The arrays begin on a cache line. If vector stores cross cache lines, the next stage has to
-        wait for them, and an extrapolated step takes half as long again.
+        The arrays are aligned to cache lines. Vector stores across cache lines would delay the next
+        stage, and an extrapolated step would take half as long again.
         """
         after = bonds + -bonds % _ON_A_LINE
         numbers = np.empty(after + bonds + _ON_A_LINE)
@@ -64,35 +64,36 @@ class State(NamedTuple):
 
 class VerletKernels(NamedTuple):
     """
-    Parts of a step; all of them work on the first `bonds` bonds and on one velocity more.
+    Functions for parts of a step; they act on `bonds` bonds and `bonds` + 1 velocities.
 
-    The functions of each stage take arrays. Unpacking a `State` would count references to its
-    arrays, which costs as much as ten bonds.
+    The functions that are called in each stage take arrays, because unpacking a `State` would count
+    references to its arrays, which costs as much as ten bonds.
     """
 
-    #: ``start(old, strain, velocity, bonds, drift, kick, parameters)``: a drift and a kick from an
-    #: old `State` into arrays.
+    #: ``start(old, strain, velocity, bonds, drift, kick, parameters)``: applies a drift and a kick
+    #: to the `State` `old` and writes the result to the arrays.
     start: Callable
-    #: ``stage(strain, velocity, bonds, drift, kick, parameters)``: a drift and a kick in place.
+    #: ``stage(strain, velocity, bonds, drift, kick, parameters)``: applies a drift and a kick in
+    #: place.
     stage: Callable
-    drift: Callable  #: ``drift(strain, velocity, bonds, time)``: free motion, in place.
+    drift: Callable  #: ``drift(strain, velocity, bonds, time)``: applies a drift in place.
     copy: Callable  #: ``copy(strain, velocity, new, bonds)``: copies into the `State` `new`.
-    #: ``mix(state, old, mixture, bonds, drift, weight)``: adds to the mixture, with a weight, the
-    #: difference between the state after a drift and an old state.
+    #: ``mix(state, old, mixture, bonds, drift, weight)``: applies a drift to `state`, and adds the
+    #: difference from `old`, times the weight, to `mixture`.
     mix: Callable
-    #: ``count_outside(strain, bonds, low, high, parameters)``: number of strains outside a range,
-    #: without the gap; a NaN is outside.
+    #: ``count_outside(strain, bonds, low, high, parameters)``: number of strains, without the gap,
+    #: that are outside a range; a NaN is outside.
     count_outside: Callable
-    #: ``extremes(strain, bonds, parameters)``: smallest and largest strain without the gap; NaN if
-    #: a strain is NaN.
+    #: ``extremes(strain, bonds, parameters)``: smallest and largest strain, without the gap; both
+    #: are NaN if any strain is NaN.
     extremes: Callable
     #: ``are_allowed(run_state, strain, bonds, parameters)``: whether all strains are allowed;
-    #: updates the smallest and largest strain of the run state.
+    #: updates the smallest and largest strain in the run state.
     are_allowed: Callable
 
 
 def looped_stages(source: KernelSpec) -> VerletKernels:
-    """Return the stages as loops, for a compiler."""
+    """Return the stages as loops to be compiled."""
     register, wall = source.register, source.kind.at_wall
     read, push = read_parameters(source), source.register(source.kind.law.force_kernel)
     slice_parameters, force, over_mass = read.slice_parameters, read.force, read.over_mass
@@ -101,10 +102,10 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
     mean_force = push if drag is None else build_mean_force(register(drag), register)
 
     def passing(in_place: bool) -> Callable:
-        # The force of the bond behind is kept for the next bond: LLVM can vectorise a loop that
-        # reads ahead and writes behind, and one pass costs less memory traffic than two. The
-        # version in place is a function of its own, because LLVM does not vectorise if old and new
-        # arrays may be the same.
+        # The force of each bond is reused for the next bond. LLVM can vectorise a loop that reads
+        # ahead and writes behind, and one pass needs less memory traffic than two passes. The
+        # in-place version is a separate function, because LLVM does not vectorise a loop if its old
+        # and new arrays may be the same.
         @register
         def pass_bonds(
             bonds: int,
@@ -125,8 +126,8 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
                 behind = ahead
             return behind
 
-        # Bonds before the gap, the gap, and bonds behind it are separate: a branch at every bond
-        # would cost more than its force.
+        # Bonds before the gap, the gap, and bonds behind the gap are treated separately, because a
+        # branch at every bond would cost more than the force of the bond.
         @register
         def start(
             old: State,
@@ -227,7 +228,7 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
 
 
 def strain_scans(count: Callable, spread: Callable, kind: LineTraits, register: Callable) -> tuple:
-    """Return the functions that scan strains without the gap, from functions for all strains."""
+    """Return functions that scan all strains except the gap, made from scans of all strains."""
     wall, widen = kind.at_wall, register(bookkeeping.widen)
 
     @register

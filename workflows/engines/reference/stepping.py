@@ -1,4 +1,4 @@
-"""Run collisions with steps of one size by any scheme, and contacts located to rounding."""
+"""Run collisions with steps of one length, for any scheme; contacts are located to rounding."""
 
 import math
 import time
@@ -25,7 +25,8 @@ from chaincor.workflows.engines.reference.recorder import Recorder
 from chaincor.workflows.engines.reference.tracked import tracked_values
 from chaincor.workflows.engines.whole_end import certain_at, next_look
 
-# Soft bodies overlap for this time at most, in units of the contact duration of two free particles.
+# Soft bodies may overlap for at most this time, in units of the contact duration of two free
+# particles.
 LONGEST_TOUCHES = 100.0
 
 
@@ -39,34 +40,35 @@ def run(
     """
     Run the collision of a scene with the scheme and step of `numerics`.
 
-    Look-ahead runs with coarse steps mostly show that a contact was the last (``look_ahead``).
-    Chains that break are followed with the steps of the run.
+    In most runs, a look-ahead run with coarse steps shows that a contact was the last one
+    (``look_ahead``). Chains that break are followed with the steps of the run.
 
     Parameters
     ----------
     frame_interval : float, optional
-        Time between snapshots. A copy of the chain is moved to each snapshot, so that
-        snapshots change no result.
+        Time between snapshots. For each snapshot, a copy of the chain is moved, so that snapshots
+        change no result.
     known : Outcome, optional
-        The same collision at another step, whose end is known. This run is compared with it
-        and continues only a little beyond its last contact.
+        Outcome of the same collision at another step. The run will be compared with `known`, and
+        continues only a little beyond the last contact of `known`.
     follow : bool
-        Whether to follow a run to an end that is not proved. If False, the run ends after one
-        sound round trip without a contact; this suffices for runs that are only compared.
+        Whether to search for evidence if the end is not proved. If False, the run ends after one
+        sound round trip without a contact; this suffices for runs that are only compared with
+        others.
 
     Raises
     ------
     UnfinishedCollisionError
         If the chain still approaches the wall after the longest time that is followed.
     BarrierError, CrossingError, BondRangeError, TimestepError
-        If strains are invalid; ``finish.strain_error`` tells the cases apart.
+        If strains are invalid; ``finish.strain_error`` distinguishes the cases.
     """
     if problem.particles == 1 and problem.line.targets == 0 and not problem.line.soft:
         return run_single_particle(problem, numerics.scheme, numerics.timestep, frame_interval)
     moving = _at_start(problem, numerics)
     loaded = moving.stepper.kernels.loaded
     if not loaded.is_set():
-        # Advancing by no step loads or compiles the loops before the integration is timed.
+        # Advancing by zero steps loads or compiles the loops before the integration is timed.
         with compile_in_background(_warm_up_coarse_steps, problem, numerics):
             moving.advance(0)
         _warm_up_coarse_steps(problem, numerics)
@@ -106,15 +108,15 @@ def follow_on(problem: Problem, moving: Motion) -> End:
     """
     Continue the collision of bodies whose end may be argued, as :func:`run` does.
 
-    The steps of the bodies returned `bookkeeping.ARGUE`, and their end has not been sought yet. The
-    bodies are changed in place and may get new room for contacts. Return the end of the collision;
-    raises RunError as :func:`run` does.
+    The loop over steps has returned `bookkeeping.ARGUE`, and the end has not been searched for yet.
+    The bodies are changed in place; their record of contacts may be enlarged. Return the end of the
+    collision. Raises RunError as :func:`run` does.
     """
     return _Collision(problem, moving, None).run(None, True, bookkeeping.ARGUE)
 
 
 def _warm_up_coarse_steps(problem: Problem, numerics: Numerics) -> None:
-    """Load or compile the loop over coarse steps alone."""
+    """Load or compile the loop over coarse steps."""
     CoarseRun(_at_start(problem, numerics), 0.0, 1.0).fly(0.0)
 
 
@@ -124,7 +126,7 @@ def _at_start(problem: Problem, numerics: Numerics) -> Motion:
 
 
 class _Collision:
-    """Collision in progress: its bodies, look-ahead runs, snapshots and end criteria."""
+    """Collision in progress, with its bodies, look-ahead runs and snapshots."""
 
     def __init__(self, problem: Problem, moving: Motion, frame_interval: float | None) -> None:
         self.problem, self.moving = problem, moving
@@ -136,7 +138,7 @@ class _Collision:
         """
         Step until the end of the collision and return it.
 
-        `left` is the reason why earlier steps, taken elsewhere, returned.
+        `left` is the reason that a loop outside this class returned; None if no steps were taken.
         """
         problem, run_state = self.problem, self.moving.run_state
         if known is not None:
@@ -165,11 +167,11 @@ class _Collision:
                 self.frames.record()
 
     def _target_steps(self, known: Outcome | None) -> tuple[int, float]:
-        """Return the number of steps to reach, and the last step before the run is late."""
+        """Return the number of steps to be done, and the number after which the run is late."""
         problem, run_state, step = self.problem, self.moving.run_state, self.moving.stepper.step
         steps, interval = int(run_state["steps"]), 1.0 / problem.slow_stiffness**0.5
         if run_state["contacts"] == 0:
-            # The mean displacement approaches the wall, so a contact comes sooner or later.
+            # The centre of mass approaches the wall; therefore a contact will come.
             target_steps = steps + math.ceil(interval / step)
             return int(min(target_steps, self.frames.next_step())), math.inf
         if known is None:
@@ -199,7 +201,7 @@ class _Collision:
         if status == bookkeeping.ARGUE and line.at_wall and line.cold:
             speed, momentum = float(run_state["impact_velocity"]), float(run_state["momentum"])
             if not abs(momentum) <= MOST_ENERGY_GROWTH * line.chain_masses.sum() * speed:
-                # A step that is too long makes the chain leave faster than it came.
+                # If the step is too long, the chain may leave faster than it arrived.
                 raise self.look_ahead.unresolved()
             masses = None if line.unit else line.chain_masses
             state = moving.gap, moving.strain
