@@ -62,7 +62,7 @@ class Recorder:
         self._states.append((displacements, copy.velocity))
 
     def record_until(self, end: float) -> None:
-        """Take all snapshots up to the time `end` since the first contact, without more contacts."""
+        """Take all snapshots until `end` after the first contact; no more contacts come."""
         run_state = self._moving.run_state
         run_state["argue_after"] = math.inf
         until = float(run_state["first_contact"]) + end

@@ -1,1 +1,1 @@
-"""Many chains before a hard wall in one compiled loop."""
+"""Collisions of many chains with a hard wall in one compiled loop."""

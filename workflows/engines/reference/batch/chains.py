@@ -1,4 +1,4 @@
-"""Hold the collisions of a batch: initial states, chains in motion and results."""
+"""Store the collisions of a batch: initial states, chains in motion and results."""
 
 import math
 from dataclasses import dataclass, fields
@@ -27,23 +27,23 @@ from chaincor.workflows.engines.reference.stages import State
 
 @dataclass(frozen=True)
 class Rows:
-    """Arrays with a row for each of many collisions."""
+    """Arrays in which each row belongs to one of many collisions."""
 
     def chosen(self, which: NDArray) -> Self:
-        """Return the chosen rows."""
+        """Return the rows that `which` selects."""
         return type(self)(*(getattr(self, f.name)[which] for f in fields(self)))
 
 
 @dataclass(frozen=True)
 class StartStates(Rows):
-    """Initial states of collisions of one chain."""
+    """Initial states for many collisions of one chain."""
 
-    strains: Array  #: Gap to the wall, then strains of the bonds; of shape (samples, n).
+    strains: Array  #: Gap at the wall, then strains of the bonds; of shape (samples, n).
     velocities: Array  #: Velocities, positive away from the wall; of shape (samples, n).
 
     @classmethod
     def of(cls, lines: list[Line]) -> "StartStates":
-        """Return the initial states of lines with a rigid wall."""
+        """Return the initial states of chains at a rigid wall."""
         return cls(
             np.array([line.strains for line in lines]),
             np.array([line.velocities[1:] for line in lines]),
@@ -51,7 +51,7 @@ class StartStates(Rows):
 
     @classmethod
     def cold(cls, speeds: Array, particles: int) -> "StartStates":
-        """Return chains at the wall that approach it with the given speeds."""
+        """Return cold chains that touch the wall and approach it at the given speeds."""
         strains = np.zeros((len(speeds), particles))
         return cls(strains, np.repeat(-speeds[:, None], particles, axis=1))
 
@@ -63,29 +63,29 @@ class StartStates(Rows):
 class ManyRuns(Rows):
     """Results of many runs."""
 
-    #: Whether the run reached an end; the other fields have no meaning without an end; of shape
-    #: (runs,).
+    #: Whether the run reached an end, of shape (runs,); without an end, the other fields have no
+    #: meaning.
     settled: NDArray[np.bool_]
-    #: Whether the run had no end within the time limit, so that other steps would not find an end
-    #: either; of shape (runs,).
+    #: Whether no end was found within the simulated time allowed, of shape (runs,). Then no other
+    #: step would give an end either.
     endless: NDArray[np.bool_]
-    #: End of each run, or None if it was not sought; of shape (runs,).
+    #: End of each run, of shape (runs,); None if the end was not searched for.
     endings: NDArray[np.object_]
     durations: Array  #: Simulated time from the first contact to the end; of shape (runs,).
-    evaluations: NDArray[np.int64]  #: Evaluations of all bond forces; of shape (runs,).
+    evaluations: NDArray[np.int64]  #: Number of evaluations of all bond forces; of shape (runs,).
     #: Strains right after the last contact; of shape (runs, n - 1).
     strains: Array
     velocities: Array  #: Velocities right after the last contact; of shape (runs, n).
     speeds: Array  #: Centre-of-mass velocity right after the last contact; of shape (runs,).
-    #: Times since the first contact and incoming speeds; of shape (runs, 2, capacity).
+    #: Contact times since the first contact, and incoming speeds; of shape (runs, 2, capacity).
     contacts: Array
     counts: NDArray[np.int64]  #: Number of contacts; of shape (runs,).
     lasted: Array  #: Time from the initial state to the end of the last contact; of shape (runs,).
-    #: Shortest bond up to the last contact; of shape (runs,).
+    #: Length of the shortest bond up to the last contact; of shape (runs,).
     bond_min: Array
-    bond_max: Array  #: Longest bond up to the last contact; of shape (runs,).
-    energies: Array  #: Energy of the bonds right after the last contact; of shape (runs,).
-    #: Wall-clock time of the integration, in equal parts for all runs; of shape (runs,).
+    bond_max: Array  #: Length of the longest bond up to the last contact; of shape (runs,).
+    energies: Array  #: Energy of all bonds right after the last contact; of shape (runs,).
+    #: Wall-clock time of the integration, divided equally among the runs; of shape (runs,).
     seconds: Array
 
     @property
@@ -95,7 +95,7 @@ class ManyRuns(Rows):
 
     @property
     def listed(self) -> NDArray[np.bool_]:
-        """Whether an entry of `contacts` is filled, of shape (runs, capacity)."""
+        """Whether each entry of `contacts` is filled, of shape (runs, capacity)."""
         return np.arange(self.contacts.shape[2]) < self.counts[:, None]
 
     @property
@@ -105,13 +105,13 @@ class ManyRuns(Rows):
 
     @property
     def longest_silences(self) -> Array:
-        """Longest time between two contacts of each run; 0 if there is only one contact."""
+        """Longest time between two contacts in each run; 0 if there is only one contact."""
         gaps = np.diff(self.contacts[:, 0], axis=1)
         return np.asarray(np.max(gaps, axis=1, where=self.listed[:, 1:], initial=0.0))
 
     @property
     def proved(self) -> NDArray[np.bool_]:
-        """Whether the end is proved; otherwise it is argued."""
+        """Whether the end of each run is proved; otherwise it is argued."""
         kinds = [ending is not None and ending.kind == "proved" for ending in self.endings]
         return np.array(kinds, bool)
 
@@ -126,18 +126,18 @@ def each_sum(terms: Array) -> Array:
     """
     Return the sum of each row.
 
-    A matrix product may round a row differently for different numbers of rows.
+    In a matrix product, the rounding of one row may depend on the number of rows.
     """
     return np.asarray(np.sum(terms, axis=1))
 
 
 class Chains:
     """
-    Moving chains, as ``Motion`` is one moving chain; arrays have a row for each chain.
+    Chains in motion; the counterpart of ``Motion`` for many chains, with one row per chain.
 
-    `stepper` holds the properties that all chains share; `starts` and `steps` give the initial
-    state and the step H of each chain. `speeds` are the speeds of approach to the wall, by default
-    of the centres of mass. The compiled loop changes `rows` in place.
+    `stepper` has the properties that all chains share; `starts` and `steps` contain the initial
+    state and the step H of each chain. `speeds` are the speeds at which the chains approach the
+    wall, by default the speeds of their centres of mass. The compiled loop changes `rows` in place.
     """
 
     def __init__(
@@ -167,7 +167,7 @@ class Chains:
         for name in ("min", "max"):
             run_states[f"contact_{name}"] = run_states[f"strain_{name}"]
         contacts = np.zeros((count, *first.arrays.contacts.shape))
-        # Chains that touch the wall and approach it have their first contact.
+        # Chains that touch the wall and approach it have their first contact now.
         met = (starts.strains[:, 0] == 0.0) & (velocity[:, 0] < 0.0)
         closing = np.where(met, -velocity[:, 0], 0.0)
         velocity[met, 0] = closing[met]
@@ -177,7 +177,7 @@ class Chains:
         run_states["momentum"] += given
         run_states["argue_after"] = np.where(met, run_states["argue_first"], np.inf)
         inverse = 1.0 / masses
-        # Each group has its own SIMD lanes, because several threads compute groups of one batch.
+        # Each object has its own SIMD lanes, because several threads compute parts of one batch.
         self.lanes = Lanes.of(inverse)
         self.near = Lanes.of(inverse[: stepper.scheme.reach + 1])
         self.rows = ChainRows(
@@ -193,25 +193,25 @@ class Chains:
             statuses=np.full(count, MOVING),
         )
         self.durations = np.zeros(count)  # simulated time from the first contact to the end
-        self.endings = np.full(count, None)  # end of each chain, or None if it was not sought
+        self.endings = np.full(count, None)  # end of each chain; None if it was not searched for
 
     def times(self) -> Array:
         """Return the time of each chain since its start."""
         return np.asarray(self.rows.run_states["steps"] * self.rows.steps)
 
     def arrival(self) -> Array:
-        """Return the times at which the mean displacements would reach the wall."""
+        """Return the times at which the centres of mass would reach the wall."""
         run_states, strains = self.rows.run_states, self.rows.strains
         along = displacements_from(0.0, strains)
         distance = run_states["position"] + each_sum(along * self._shares)
         return np.asarray(np.maximum(distance, 0.0) / run_states["impact_velocity"])
 
     def follow_until(self, times: Array) -> None:
-        """Set the numbers of steps of all chains to reach these times since their starts."""
+        """Let every chain continue until its time in `times`, counted from the start."""
         self.rows.target_steps[:] = np.ceil(times / self.rows.steps)
 
     def follow_on(self, s: int, until: float) -> None:
-        """Set the number of steps of one chain to reach a time, at least one step ahead."""
+        """Let one chain continue until a time, for at least one step."""
         done, target_steps = (
             int(self.rows.run_states["steps"][s]),
             math.ceil(until / self.rows.steps[s]),
@@ -219,7 +219,7 @@ class Chains:
         self.rows.target_steps[s], self.rows.statuses[s] = max(done + 1, target_steps), MOVING
 
     def end(self, s: int, ending: Ending, time: float) -> None:
-        """Record the end of one chain and the time since its first contact when it was found."""
+        """Record the end of one chain, found at `time` after its first contact."""
         self.endings[s], self.durations[s], self.rows.statuses[s] = ending, time, ENDED
 
     def make_room(self) -> None:
@@ -242,7 +242,7 @@ class Chains:
         return Motion(self._stepper.of_size(float(rows.steps[s])), rows.run_states[s], arrays)
 
     def outcomes(self, seconds: float, done: NDArray[np.bool_] | None = None) -> ManyRuns:
-        """Return the results of runs whose ends were found or that are `done`."""
+        """Return the results; runs without an end, or not in `done`, count as not settled."""
         run_states, contacts = self.rows.run_states, self.rows.contacts
         strains, velocities = self.rows.last_strains, self.rows.last_velocities
         if done is None:

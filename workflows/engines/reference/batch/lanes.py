@@ -1,10 +1,11 @@
 r"""
-Step many chains side by side in SIMD lanes, each with its own step size.
+Move many chains side by side in SIMD lanes, each with its own time step.
 
 A chain of twenty particles is too short for the vector units of a processor, because its loops
-spend most time at their beginnings and ends. Here each chain has a SIMD lane. Number i of lane k
-lies at :math:`i L + k`, and loops run over all lanes. The arithmetic of each number follows
-``stages`` and ``schemes`` in the same order, so a chain moves as it does alone, to the last bit.
+spend most of their time at their beginnings and ends. Here each chain has a SIMD lane. Element i of
+lane k is stored at the index :math:`i L + k`, and loops run through all lanes. The arithmetic for
+each chain has the same order as in ``stages`` and ``schemes``. A chain in a lane therefore moves
+exactly like a single chain, to the last bit.
 """
 
 from collections.abc import Callable
@@ -17,17 +18,19 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.reference.line_traits import KernelSpec, read_parameters
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# The number L of lanes is a multiple of the width of every SIMD unit, so that there is no scalar
-# remainder loop.
+# The number L of lanes is a multiple of the width of every SIMD unit. Loops then have no scalar
+# remainder.
 LANES = 16
 
-# A moving chain has the first status. The other statuses say why a chain stopped: an event of
-# ``bookkeeping``, a proof of the end in the loop, no end, or an end.
+# A chain in motion has the status MOVING. The other statuses state why a chain stopped: a reason
+# from ``bookkeeping``, an end that the loop proved (PROVED), no end within the time allowed
+# (ENDLESS), or a recorded end (ENDED).
 MOVING = -1
 PROVED, ENDLESS, ENDED = 5, 6, 7
 
-# A lane knows one of four facts about the next move of its chain: nothing; a contact ends the move;
-# no contact ends the move; no contact ends the move, which had to be repeated to show this.
+# One of these values describes the next move of a chain: it is unknown whether a contact ends the
+# move (OPEN); a contact ends it (MEETS); no contact ends it (FREE); no contact ends it, but a first
+# attempt of this move had to be undone (REPEATED).
 OPEN, MEETS, FREE, REPEATED = range(4)
 
 Counts = NDArray[np.int64]
@@ -42,7 +45,7 @@ class LaneState(NamedTuple):
 
     @classmethod
     def of(cls, particles: int) -> "LaneState":
-        """Return the state of chains at rest."""
+        """Return the state of chains without motion."""
         bonds = (particles - 1) * LANES
         return cls(np.zeros(bonds), np.zeros(bonds + LANES), np.zeros(LANES))
 
@@ -53,10 +56,10 @@ class Room(NamedTuple):
     trial: LaneState  #: State within a step.
     #: Step H of each lane; of shape (L,).
     steps: Array
-    share: Array  #: Part of the step H of each lane; of shape (L,).
-    parts: Array  #: Part of the step, repeated along the chain; of shape (n L,).
-    forces: Array  #: Forces of the bonds, between zeros; of shape ((n + 1) L,).
-    #: Inverse masses; not read if all masses are 1; of shape (n L,).
+    share: Array  #: Length of a part of the step in each lane; of shape (L,).
+    parts: Array  #: Length of the part, repeated for each particle; of shape (n L,).
+    forces: Array  #: Forces of the bonds, with zeros before and after; of shape ((n + 1) L,).
+    #: Inverse masses, of shape (n L,); not used if all masses are 1.
     weights: Array
 
 
@@ -89,7 +92,7 @@ class Lanes(NamedTuple):
 
 
 class ChainRows(NamedTuple):
-    """Chains of a batch, a row for each."""
+    """Arrays for the chains of a batch; each row belongs to one chain."""
 
     run_states: np.recarray  #: Scalar variables, see ``bookkeeping``; of shape (chains,).
     #: Current strains; of shape (chains, n - 1).
@@ -98,18 +101,18 @@ class ChainRows(NamedTuple):
     #: Strains right after the last contact; of shape (chains, n - 1).
     last_strains: Array
     last_velocities: Array  #: Velocities right after the last contact; of shape (chains, n).
-    #: Times, closing speeds and impulses on the chain; of shape (chains, 3, capacity).
+    #: Times, closing speeds and impulses of the contacts; of shape (chains, 3, capacity).
     contacts: Array
     energies: Array  #: Initial energy of each chain; of shape (chains,).
     steps: Array  #: Step H of each chain; of shape (chains,).
-    target_steps: Counts  #: Number of steps to reach; of shape (chains,).
-    statuses: Counts  #: Whether the chain moves, or the reason why not; of shape (chains,).
+    target_steps: Counts  #: Number of steps at which the chain stops; of shape (chains,).
+    statuses: Counts  #: MOVING, or the reason why the chain has stopped; of shape (chains,).
 
 
 class Queue(NamedTuple):
     """Stack of chains: last in, first out."""
 
-    chains: Counts  #: Indices of the chains, with room for all; of shape (chains,).
+    chains: Counts  #: Indices of the chains, with room for all chains; of shape (chains,).
     held: Counts  #: Number of chains on the stack; of shape (1,).
 
     @classmethod
@@ -119,29 +122,29 @@ class Queue(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Places of the chains of a batch."""
+    """Places at which the chains of a batch are processed."""
 
-    waiting: Queue  #: Chains whose contacts have to be searched.
-    found: Queue  #: Chains whose contacts have been found or excluded.
+    waiting: Queue  #: Chains that wait for a search for a contact.
+    found: Queue  #: Chains for which a contact has been found or excluded.
     whose: Counts  #: Chain in each lane; -1 for none; of shape (L,).
-    #: Smallest strain of this chain now; of shape (L,).
+    #: Smallest present strain of the chain in each lane; of shape (L,).
     low: Array
-    high: Array  #: Largest strain of this chain now; of shape (L,).
-    searched: Counts  #: Chain whose contact is searched in each lane; -1 for none; of shape (L,).
+    high: Array  #: Largest present strain of the chain in each lane; of shape (L,).
+    searched: Counts  #: Chain for which each lane searches a contact; -1 for none; of shape (L,).
 
     @classmethod
     def of(cls, chains: int) -> "Places":
-        """Return the places of chains that have not begun."""
+        """Return the places before any chain has begun."""
         nobody, low, high = np.full(LANES, -1), np.zeros(LANES), np.zeros(LANES)
         return cls(Queue.of(chains), Queue.of(chains), nobody, low, high, nobody.copy())
 
 
 def build_lane_step(source: KernelSpec, split: bool) -> Callable:
     """
-    Return the function for one step of all lanes, split or extrapolated.
+    Return the function that takes one split or extrapolated step in all lanes.
 
-    ``step(lanes, wanted, rule)`` leads from the old states to the new ones, see `Lanes`; the state
-    of the first `wanted` bonds is needed after the step.
+    ``step(lanes, wanted, rule)`` computes the new states from the old states, see `Lanes`. The
+    caller needs only the first `wanted` bonds after the step.
     """
     force, register = read_parameters(source).force, source.register
     if source.kind.unit:
@@ -160,7 +163,7 @@ def build_lane_step(source: KernelSpec, split: bool) -> Callable:
     def stage(
         state: LaneState, room: Room, drift: float, kick: float, bonds: int, parameters: Any
     ) -> None:
-        # The impulse on the last particle is wrong if more bonds follow, but it is not used then.
+        # If more bonds follow, the impulse on the last particle is wrong; it is then not used.
         strain, velocity, distance = state
         _, _, _, parts, forces, weights = room
         for k in range(LANES):

@@ -1,14 +1,14 @@
 """
-Build the loop that moves many chains before a hard wall side by side.
+Build the loop that moves many chains at a hard wall side by side.
 
-Each pass moves the chains in all SIMD lanes (``lanes``), each by its own step. If a chain reaches
-the wall in a step, or may reach it, it waits outside the lanes until the time of the contact is
-found. It then takes a free lane up to the contact. A search is a sequence of steps of the particles
-near the wall, and each step size depends on the steps before. The particles of one chain are too
-few for the vector units of a processor, so that one search takes as long as several steps of a
-whole chain of twenty. Searches therefore wait until they fill the lanes, and then run side by side
-as well. All decisions are made in the same order as in ``motion``, so a chain in a batch gives, to
-the last bit, the result of the chain run alone.
+Each pass moves the chains in all SIMD lanes (``lanes``), each chain by its own step. If a chain may
+reach the wall in a step, it waits outside the lanes until the time of the contact is found. It then
+moves up to the contact in a free lane. A search for a contact moves the particles near the wall by
+a sequence of steps; the length of each step depends on the steps before. For one chain, these
+particles are too few for the vector units of a processor: one search takes as long as several steps
+of a whole chain of twenty particles. Searches therefore wait until they fill the lanes, and then
+run side by side as well. All decisions are made in the same order as in ``motion``. The result of a
+chain in a batch therefore equals the result of a single run, to the last bit.
 """
 
 from collections.abc import Callable
@@ -37,20 +37,20 @@ from chaincor.workflows.engines.reference.stages import Parameters, VerletKernel
 from chaincor.workflows.engines.schemes import StepCoefficients
 from chaincor.workflows.engines.whole_end import EndBounds, is_over
 
-# The end is checked at this interval, in units of the time of sound over a bond and of the time
-# since the last contact. A check costs less than a step.
+# The end is checked at the larger of two intervals: _FIRST_LOOK times the time that sound takes
+# through one bond, and _LATER_LOOKS times the time since the last contact. A check costs less than
+# a step.
 _FIRST_LOOK, _LATER_LOOKS = 2.0, 0.1
 
 
 def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Callable:
     """
-    Return the loop over chains, with steps that are split or extrapolated.
+    Return the loop over chains, with split or extrapolated steps.
 
-    ``carry(rows, lanes, near, rule, bounds, places, most)`` takes steps of each moving chain until
-    it has taken its number of steps, its end is proved or an event needs the caller. The status of
-    the chain gives the reason. The loop also returns after about `most` steps in all. `lanes` are
-    `Lanes` of the chains, `near` are `Lanes` of the particles near the wall, for the search for
-    contacts.
+    ``carry(rows, lanes, near, rule, bounds, places, most)`` moves each chain until it has taken its
+    number of steps, its end is proved, or the caller must act. The status of the chain states the
+    reason. The loop also returns after a total of about `most` steps. `lanes` are `Lanes` for whole
+    chains. `near` are `Lanes` for the particles near the wall, used by the search for contacts.
     """
     register, gap_derivatives = source.register, build_contact(source).gap_derivatives
     take_step = register(build_lane_step(source, split), inline=False)
@@ -81,7 +81,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def load(s: int, k: int, rows: ChainRows, lane: LaneState) -> None:
-        # Load as many particles as the lanes have room for.
+        # A lane may have room for only the particles near the wall.
         for i in range(lane[0].shape[0] // LANES):
             lane[0][i * LANES + k] = rows.strains[s, i]
         for i in range(lane[1].shape[0] // LANES):
@@ -102,7 +102,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def park(k: int, lane: LaneState, steps: Array) -> None:
-        # A parked lane is at rest: it costs as much as any lane, and nothing happens in it.
+        # An unused lane contains a chain without motion; it costs as much as any other lane.
         for i in range(lane[0].shape[0] // LANES):
             lane[0][i * LANES + k] = 0.0
         for i in range(lane[1].shape[0] // LANES):
@@ -117,7 +117,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def wait_if_likely(s: int, start: PathPoint, rows: ChainRows, places: Places) -> bool:
-        # A likely contact is searched first, as in ``motion``.
+        # If a contact is likely, search for it before the step, as in ``motion``.
         run_state = rows.run_states[s]
         run_state.move, run_state.known = run_state.left, OPEN
         likely = is_likely(run_state, start, run_state.left)
@@ -129,7 +129,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     def next_in(
         last: int, more: bool, rows: ChainRows, places: Places, parameters: Parameters
     ) -> tuple[int, int]:
-        # Return the chain that takes the next lane, or -1, and the last chain that was begun.
+        # Return the chain for the next free lane, or -1, and the last chain that was begun.
         if places.found.held[0] > 0:
             return pop(places.found), last
         while more and last + 1 < rows.statuses.shape[0]:
@@ -147,8 +147,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     def search(
         searching: int, near: Lanes, rows: ChainRows, places: Places, rule: StepCoefficients
     ) -> int:
-        # Compute one point of the path of each chain whose contact is searched; return their
-        # number.
+        # For each search, compute one point of the path; return the number of unfinished searches.
         searched, run_states = places.searched, rows.run_states
         kept, moved, room = near
         for k in range(LANES):
@@ -179,7 +178,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def touch(s: int, k: int, rows: ChainRows, new: LaneState, places: Places) -> None:
-        # Reverse particle 1 at the wall, as ``motion`` does.
+        # Reverse the velocity of particle 1 at the wall, as ``motion`` does.
         run_state, contacts = rows.run_states[s], rows.contacts[s]
         speed = abs(new[1][k])
         new[1][k] = speed
@@ -202,7 +201,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def look(s: int, rows: ChainRows, bounds: EndBounds) -> int:
-        # Check whether the end is proved; if not, set the time of the next check.
+        # Check whether the end of the collision is proved; if not, set the time of the next check.
         run_state, state = rows.run_states[s], (rows.strains[s], rows.velocities[s])
         if over(run_state.position, state[0], state[1], rows.energies[s], bounds):
             return PROVED
@@ -232,7 +231,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
         places: Places,
         more: bool,
     ) -> bool:
-        # Process the move of one lane; return whether its chain stays in the lane.
+        # Process the last move in one lane; return whether the chain stays in the lane.
         (old, new, room), s = lanes, places.whose[k]
         run_state = rows.run_states[s]
         if run_state.known != REPEATED:
@@ -291,7 +290,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
         moving = searching = done = 0
         last = -1
         while True:
-            # Lanes continue from the new state.
+            # Chains in the lanes continue from the new state.
             for k in range(LANES):
                 if whose[k] >= 0:
                     continue

@@ -32,24 +32,24 @@ from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, steps_at_once
 from chaincor.workflows.engines.whole_end import EndBounds, certain_at, next_look
 from chaincor.workflows.errors import RunError
 
-# Longer chains fill the vector units by themselves. The limit affects only the cost.
+# A longer chain fills the vector units without other chains. The limit affects only the cost.
 LONGEST_IN_LANES = 90
-# A collision of n particles usually lasts this many sound crossings.
+# A collision usually lasts this many sound crossings.
 _USUAL_CROSSINGS = 5.0
 
 
 def supports(line: Line, bond: Potential) -> bool:
-    """Return whether a batch supports the line and the bond: it needs a hard, rigid wall."""
+    """Return whether a batch supports the bodies and the bond; it needs a hard, rigid wall."""
     compiled = scalar_force(bond) is not None and len(line.chain_masses) > 1
     return line.at_wall and line.first == 1 and bond.smooth and compiled
 
 
 class Batch:
     """
-    Collisions of one chain with a hard wall, which differ in initial state and step.
+    Many collisions of one chain with a hard wall.
 
-    :func:`supports` must accept `line`, which gives the masses of all collisions and says whether
-    the chains are cold. `scheme` is one of ``schemes``.
+    The collisions differ in initial state and time step. :func:`supports` must accept `line`, which
+    contains the masses and whether the chains are cold. `scheme` is one of ``schemes``.
     """
 
     def __init__(self, line: Line, bond: Potential, scheme: str) -> None:
@@ -61,39 +61,41 @@ class Batch:
         n = self.particles = len(line.chain_masses)
         self._stiffness = bond.stiffness / line.mean_mass
         self._most = steps_at_once(self._scheme.evaluations * n)
-        # The loop itself proves ends only when it runs in SIMD lanes, and only of chains that are
-        # not standard.
+        # The loop proves ends only if it runs in SIMD lanes, and only for chains that are not
+        # standard.
         self._in_lanes = n <= LONGEST_IN_LANES or not line.is_standard
         if self._in_lanes:
             self._carry_lanes = loop(build_carry, not self._scheme.extrapolated)
         self._many_ahead = loop(build_look_ahead)
         self._bounds: dict[int, EndBounds] = {}
-        self.stopped = False  # set by another thread to leave the loop
+        self.stopped = False  # set by another thread to stop the loop
 
     def share(self, step: float) -> int:
-        """Return the number of collisions to compute at once, so that progress is visible."""
+        """Return a number of collisions to compute together, small enough to show progress."""
         n = self.particles
         duration = _USUAL_CROSSINGS * 2.0 * (n + 10.0) / self._stiffness**0.5
         work = duration / step * self._scheme.evaluations * n
-        # With this number, few lanes are empty towards the end.
+        # With at least this many collisions, few lanes are empty towards the end.
         return int(min(max(WORK_AT_ONCE / work, 4 * LANES), 1024))
 
     def follow(self, starts: StartStates, steps: Array) -> ManyRuns:
         """
-        Run collisions to their ends, as far as energy or parting fragments prove the ends.
+        Run collisions to their ends.
 
-        `steps` are the H of the collisions. The result of a collision does not depend on the
-        others. Raises RunError if the batch was stopped.
+        Only ends that energy or separating fragments prove or argue are found; other runs are not
+        settled. `steps` contains the step H of each collision. The result of a collision does not
+        depend on the other collisions. Raises RunError if the batch was stopped.
         """
         group = Chains(self._stepper, starts, steps)
         started = time.perf_counter()
         n, bond, interval = self.particles, self._bond, 1.0 / self._stiffness**0.5
         bounds = self._bounds_of(float(np.max(group.rows.energies)))
-        # The mean displacement approaches the wall, so a contact comes; no end is sought before it.
+        # The centre of mass approaches the wall; therefore a contact comes, and no end is searched
+        # for before.
         approach = 1.5 * group.arrival() + 2.0 * interval
         group.follow_until(approach)
         watches: dict[int, EndWatch] = {}
-        # If bonds may break, energy alone proves few ends, so the fragments are examined.
+        # If bonds may break, energy alone proves few ends; therefore the fragments are examined.
         may_break = group.rows.energies >= breaking_energy(bond)
         while np.any(group.rows.statuses == MOVING):
             self._carry(group, bounds)
@@ -112,7 +114,7 @@ class Batch:
                 longest = watch.followed_until(last)
                 group.rows.statuses[s] = ENDLESS
                 if not may_break[s]:
-                    # Energy alone will prove the end, or there is no end.
+                    # Either energy alone will prove the end, or there is no end.
                     if now < longest:
                         group.follow_on(s, longest + 2.0 * interval)
                     continue
@@ -128,7 +130,7 @@ class Batch:
         return group.outcomes(time.perf_counter() - started)
 
     def follow_cold(self, scenes: Sequence[Problem], steps: Array) -> ManyRuns:
-        """Run collisions of standard chains to the same ends as single runs."""
+        """Run collisions of standard chains; their ends are the same as in single runs."""
         speeds = np.array([problem.impact_velocity for problem in scenes])
         starts = StartStates.cold(speeds, self.particles)
         group = Chains(self._stepper, starts, steps, speeds)
@@ -158,7 +160,7 @@ class Batch:
     def compare(
         self, starts: StartStates, steps: Array, lasts: Array, speeds: Array | None = None
     ) -> ManyRuns:
-        """Run collisions a little beyond their last contacts, at `lasts` after the first."""
+        """Run collisions a little longer than to `lasts`, times since their first contacts."""
         group = Chains(self._stepper, starts, steps, speeds)
         started = time.perf_counter()
         run_states, margin = group.rows.run_states, KNOWN_MARGIN / self._stiffness**0.5
@@ -168,7 +170,8 @@ class Batch:
             untils = np.where(met, run_states["first_contact"] + lasts, group.times()) + margin
             group.rows.target_steps[:] = np.ceil(untils / group.rows.steps) + 1
             self._carry(group, EndBounds.none())
-            # Times of a collision count from its first contact, so it continues until it has one.
+            # Times count from the first contact; therefore a collision continues until its first
+            # contact.
             group.rows.statuses[(group.rows.statuses == bookkeeping.DONE) & ~met] = MOVING
         group.durations[:] = group.times() - run_states["first_contact"]
         return group.outcomes(
@@ -176,27 +179,27 @@ class Batch:
         )
 
     def _bounds_of(self, largest_energy: float) -> EndBounds:
-        """Return the bounds that prove ends of chains of at most this energy."""
+        """Return the bounds that prove ends of chains with at most this energy."""
         top = EndBounds.rung_above(self._bond, largest_energy)
         if top not in self._bounds:
             self._bounds[top] = EndBounds.of(self._line, self._bond, top)
         return self._bounds[top]
 
     def _follow_alone(self, problem: Problem, group: Chains, s: int) -> Ending | None:
-        """Follow a chain that may break to its end; None if it needs a single run."""
+        """Follow a chain that may break to its end; return None if it needs a single run."""
         chain = group.chain(s)
-        # lanes move all bonds, so the single chain does as well
+        # lanes move all bonds, and the result must not differ
         chain.run_state["active"] = self.particles - 1
         try:
             ending, group.durations[s], evaluations = follow_on(problem, chain)
         except RunError:
             return None  # the single run reports the error
         chain.run_state["evaluations"] = evaluations
-        # Otherwise the chain has more contacts than a row has room for.
+        # In the other case, the chain has more contacts than a row has room for.
         return ending if chain.arrays.contacts.base is group.rows.contacts else None
 
     def _carry(self, group: Chains, bounds: EndBounds) -> None:
-        """Take steps until a chain needs the caller, or until Python must regain control."""
+        """Take steps until the caller must act, or until Python must regain control."""
         if self.stopped:
             raise RunError("the collisions were stopped")
         if self._in_lanes:
@@ -212,10 +215,10 @@ class Batch:
         self, scenes: Sequence[Problem], group: Chains, argued: Sequence[int]
     ) -> dict[int, tuple[bool, float]]:
         """
-        Look ahead for many chains, as ``LookAhead.keeps_off`` does for one.
+        Take look-ahead runs of many chains, as ``LookAhead.keeps_off`` does for one chain.
 
-        Return for each chain that cannot break whether it stays off the wall, and the time at which
-        this was seen or up to which its motion is known.
+        Return, for each chain that cannot break, whether it stays off the wall, and the time up to
+        which its motion was followed.
         """
         bond, rows, times = self._bond, group.rows, group.times()
         seen: dict[int, tuple[bool, float]] = {}

@@ -1,1 +1,1 @@
-"""Long chains on several cores: overlapping blocks, synchronised once in many substeps."""
+"""Long chains on several cores, in overlapping blocks that synchronise once in many substeps."""

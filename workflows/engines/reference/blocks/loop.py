@@ -8,27 +8,28 @@ from chaincor.workflows.engines.reference.motion import FRONT_BLOCK, FRONT_MARGI
 from chaincor.workflows.engines.reference.stages import State, VerletKernels
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# `move` returns the smallest and the largest strain, both up to the last contact, the bonds in
-# motion at the end, and whether a strain was not allowed.
+# `move` returns six values: the smallest and the largest strain (LOW, HIGH), the same values up to
+# the last contact, the number of bonds in motion at the end (ACTIVE), and whether a strain was not
+# allowed (OUTSIDE).
 LOW, HIGH, CONTACT_LOW, CONTACT_HIGH, ACTIVE, OUTSIDE = range(6)
 
 
 def build_move(source: KernelSpec, stages: VerletKernels, build_step: Callable) -> Callable:
     """
-    Return the loop over the substeps of one block of a chain before a hard wall.
+    Return the loop over the substeps of one block of a chain at a hard wall.
 
-    `build_step` belongs to a scheme, see ``schemes``. A block is computed with a margin on either
-    side. The bond beyond the margin is missing. The resulting error moves inward by the reach of
-    the scheme in each substep. If the margin is at least the reach times the number of substeps,
-    the block itself moves exactly as in the whole chain.
+    `build_step` is defined by a scheme, see ``schemes``. A block is computed with a margin on
+    either side. The bond beyond the margin is missing, which causes an error. In each substep, this
+    error moves inward by the reach of the scheme. If the margin is at least the reach times the
+    number of substeps, the block inside the margins moves exactly as in the whole chain.
 
     ``move(states, scratch, block, log, limits, rule, found)`` moves bonds `first` to `end` through
-    the substeps that are recorded in `log`. `states` are three: the old state, the new state, and
-    the state after the last contact. `scratch` is three states. `block` is (first, end, begin,
-    stop, is_front): the block is computed with the bonds `begin` to `stop`, and `is_front` says
-    that it ends with the bonds in motion. `limits` holds the smallest and largest strain so far,
-    the allowed range, the strain from which a bond counts as moving, and the number of contacts so
-    far. The results go to `found`.
+    the substeps that are recorded in `log`. `states` contains the old state, the new state, and the
+    state after the last contact; `scratch` contains three more states. `block` is (first, end,
+    begin, stop, is_front): with its margins, the block consists of the bonds `begin` to `stop`;
+    `is_front` states that the block ends at the last bond in motion. `limits` contains the smallest
+    and largest strain so far, the smallest and largest allowed strain, the strain above which a
+    bond counts as moving, and the number of contacts so far. The results are written to `found`.
     """
     take_step = source.register(build_step(stages))
     copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
@@ -85,7 +86,8 @@ def build_move(source: KernelSpec, stages: VerletKernels, build_step: Callable) 
                 if not (smallest > floor and largest < ceiling):
                     found[OUTSIDE] = 1.0
                     return
-            # The front advances as in the loop over the whole chain; the bonds ahead are unchanged.
+            # The front advances as in the loop over the whole chain; the state of bonds ahead of
+            # the front is unchanged.
             while is_front and bonds < total and abs(strain[bonds - FRONT_MARGIN]) > threshold:
                 more = min(total, bonds + FRONT_BLOCK)
                 for i in range(bonds, more):

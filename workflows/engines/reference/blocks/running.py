@@ -1,13 +1,14 @@
 """
-Run of a long chain on several cores.
+Run a long chain on several cores.
 
-A substep is a step, or the part of a step up to a contact. In each substep the effect of the wall
-travels by the reach of the scheme. The head of the chain is therefore moved through some substeps
-first, by the loop over whole chains. This finds the contacts and thereby the length of each
-substep. Blocks of the chain then go through these substeps side by side, each with a margin on
-either side that replaces the unknown state of its neighbours, so that cores synchronise once in
-many substeps. Each particle is computed with the same arithmetic as in the loop over the whole
-chain, so no bit depends on the number of cores or blocks.
+A substep is a step, or the part of a step up to a contact. In each substep, the effect of the wall
+travels by the reach of the scheme. The head of the chain, the particles near the wall, is therefore
+moved through some substeps first, by the loop over whole chains. This motion determines the
+contacts, and with them the length of each substep. Blocks of the chain then take the same substeps
+side by side. Each block has a margin on either side, which replaces the unknown state of its
+neighbours. Cores therefore synchronise only once in many substeps. The arithmetic for each particle
+is the same as in the loop over the whole chain; therefore no bit of the result depends on the
+number of cores or blocks.
 """
 
 import math
@@ -29,28 +30,28 @@ if TYPE_CHECKING:
 
 # The cores synchronise after this many substeps.
 SUBSTEPS = 16
-# Blocks begin at multiples of this number of bonds. It is a multiple of the width of a vector loop,
-# so the scalar remainder contains the same bonds as in the whole chain.
+# Blocks begin at multiples of this number of bonds. The number is a multiple of the width of a
+# vector loop. The scalar remainder then contains the same bonds as in the whole chain.
 ALIGNED = 64
-# A block is at least this many times as large as its margin. In a smaller block too many bonds are
+# A block is at least this many times as long as its margin. With smaller blocks, too many bonds are
 # computed twice.
 LEAST_MARGINS = 8
 # A second core saves time if at least this many bonds move.
 LEAST_ACTIVE = 6000
 
 
-# ``blocks.loop`` explains these arguments of the loop.
+# ``blocks.loop`` explains these types of arguments.
 _Block = tuple[int, int, int, int, bool]
 _Scratch = tuple[State, State, State]
 
 
 def pays(active: int, steps: int) -> bool:
-    """Return whether several cores save time for this number of moving bonds and of steps."""
+    """Return whether several cores save time for these numbers of moving bonds and steps."""
     return active >= LEAST_ACTIVE and steps >= SUBSTEPS
 
 
 def load(stepper: "Stepper") -> Callable:
-    """Return the loop over a block, loaded or compiled outside the timed integration."""
+    """Load or compile the loop over a block, outside the timed integration, and return it."""
     assert stepper.kernels.loop is not None
     move = stepper.kernels.loop(loop.build_move, stepper.scheme.build_step)
     state, nothing = State(np.zeros(1), np.zeros(2)), np.zeros((2, 0))
@@ -73,12 +74,12 @@ def advance(
     """
     Take steps on several cores for a chain with at least `LEAST_ACTIVE` moving bonds.
 
-    `run_state` and `arrays` change in place as in the loop over the whole chain, to the last bit.
-    `move` comes from :func:`load`; `target_steps` is the number of steps to reach, after the first
-    contact. Return the reason for the return, see ``bookkeeping``.
+    `run_state` and `arrays` change in place, exactly as in the loop over the whole chain. `move` is
+    the loop from :func:`load`. `target_steps` is the number of steps to be done; the first contact
+    must be over. Return the reason for the return, see ``bookkeeping``.
     """
     state = arrays.now
-    # Blocks read their margins from the old state, so they write to another one.
+    # Blocks read their margins from the old state; therefore they write to a second state.
     states = [state, State(state.strain.copy(), state.velocity.copy())]
     head = _Head(run_state, arrays, stepper)
     blocks = _Blocks(run_state, arrays.last, stepper, move, cores)
@@ -90,8 +91,8 @@ def advance(
             if known and substeps.shape[1] > 0:
                 known = blocks.move(states[0], states[1], substeps, helpers)
             if not known:
-                # If a strain is invalid, which is rare, the loop over the whole chain reports the
-                # error.
+                # If a strain is invalid, which is rare, the loop over the whole chain repeats the
+                # steps and reports the error.
                 whole = arrays._replace(now=states[0])
                 until = min(target_steps, int(run_state["steps"]) + SUBSTEPS)
                 status = stepper.advance(run_state, whole, until)
@@ -105,7 +106,7 @@ def advance(
     return int(status)
 
 
-# The head of the chain determines these variables of the whole chain.
+# The head of the chain determines these variables for the whole chain.
 _OF_HEAD = (
     *("position", "momentum", "first_contact", "last_contact", "argue_after"),
     *("steps", "contacts", "evaluations"),
@@ -113,12 +114,13 @@ _OF_HEAD = (
 
 
 class _Head:
-    """Particles near the wall, which move ahead of the rest."""
+    """Particles near the wall, which are moved before the rest of the chain."""
 
     def __init__(self, run_state: np.record, arrays: motion.LineArrays, stepper: "Stepper") -> None:
         self._stepper, self._of_chain = stepper, run_state
         self._log = np.empty((2, SUBSTEPS + motion.SPARE_SUBSTEPS))
-        # Even the last substep covers all bonds that the search for its contact needs.
+        # With this number of bonds, even the last substep has all bonds that the search for a
+        # contact needs.
         self._bonds = (self._log.shape[1] + 1) * stepper.scheme.reach
         own = [State(np.empty(self._bonds), np.empty(self._bonds + 1)) for _ in range(4)]
         now, last, kept, trial = own
@@ -127,12 +129,12 @@ class _Head:
         self._run_state = run_state.copy()
 
     def go_ahead(self, state: State, target_steps: int) -> tuple[int, Array]:
-        """Move the head ahead; return the reason for the return, and the substeps until then."""
+        """Move the head; return the reason for the return, and the substeps taken."""
         run_state = self._run_state
         for name in _OF_HEAD:
             run_state[name] = self._of_chain[name]
         run_state["active"], run_state["substeps"] = self._bonds, 0
-        # Strains at the cut are meaningless, so they are not limited.
+        # Strains at the end of the head are meaningless; therefore no limit applies.
         run_state["strain_min"] = run_state["strain_floor"] = -math.inf
         run_state["strain_max"] = run_state["strain_ceiling"] = math.inf
         self._now.strain[:] = state.strain[: self._bonds]
@@ -181,8 +183,8 @@ class _Blocks:
         todo = iter(range(len(blocks)))
 
         def work(todo: Iterator[int]) -> None:
-            # All threads share one iterator; the iterator of a range is never in two threads at
-            # once.
+            # All threads share one iterator. The iterator of a range gives each element to only one
+            # thread.
             for k in todo:
                 self._move(
                     states,
@@ -201,7 +203,7 @@ class _Blocks:
         return not self._found[:, loop.OUTSIDE].any()
 
     def commit(self, run_state: np.record, substeps: Array) -> None:
-        """Copy the extreme strains of the blocks to the run state, in any order of blocks."""
+        """Copy the extreme strains of all blocks to the run state."""
         found = self._found
         run_state["strain_min"] = np.min(found[:, loop.LOW])
         run_state["strain_max"] = np.max(found[:, loop.HIGH])
@@ -211,14 +213,14 @@ class _Blocks:
             run_state["contact_max"] = np.max(found[:, loop.CONTACT_HIGH])
 
     def _cut(self, substeps: int) -> list[_Block]:
-        """Return blocks of about equal work, as many for each core."""
+        """Return blocks of about equal work, the same number for each core."""
         active = int(self._run_state.active)
         margin = ALIGNED * math.ceil(substeps * self._stepper.scheme.reach / ALIGNED)
         cores = max(1, min(self._cores, active // (LEAST_MARGINS * margin)))
         # Python can react to Ctrl-C only between blocks.
         most = steps_at_once(int(self._run_state.step_evaluations) * substeps)
         count = cores * math.ceil(active / (cores * most))
-        # The last block ends with the moving bonds and grows with the front.
+        # The last block ends at the last bond in motion and grows with the front.
         ends = [ALIGNED * round(active * k / count / ALIGNED) for k in range(count)] + [active]
         return [
             (first, end, max(0, first - margin), min(active, end + margin), end == active)
@@ -226,7 +228,7 @@ class _Blocks:
         ]
 
     def _make_room(self, blocks: list[_Block], substeps: int) -> None:
-        """Allocate room for the bonds of each block and for bonds that the front reaches."""
+        """Allocate room for the bonds of each block and for bonds that the front will reach."""
         needed = (
             max(stop - begin for _, _, begin, stop, _ in blocks) + substeps * motion.FRONT_BLOCK
         )

@@ -1,1 +1,1 @@
-"""Compiled loops: their reuse between processes, and the coordination of these processes."""
+"""Compiled loops: reuse them between processes, and coordinate these processes."""

@@ -1,9 +1,9 @@
 """
 Compiled loops that are cached on disk as object code and run without Numba.
 
-Importing Numba and loading a loop from its own cache takes longer than most collisions. The object
-code that LLVM makes from Numba's output is therefore kept in one file and called by its address.
-Code that was just compiled is the same as loaded code, and so are its numbers.
+Importing Numba and loading a loop from Numba's own cache takes longer than most collisions.
+Therefore the object code that LLVM makes from Numba's output is cached in a file and called by its
+address. Freshly compiled code is loaded from the same object code; its results are the same.
 """
 
 import ctypes
@@ -27,11 +27,11 @@ from chaincor.workflows.engines.reference.loops.fingerprint import fingerprint
 from chaincor.workflows.engines.reference.loops.processes import a_loop_is_compiled, one_process
 from chaincor.workflows.engines.time_limit import stopped_at_limit
 
-# NumPy's flags that decide how compiled code reads an array: contiguous, aligned, writeable.
+# These flags of NumPy arrays affect compiled code: contiguous, aligned, writeable.
 _LAYOUT = 0x0001 | 0x0100 | 0x0400
 _CTYPES = {"integer": ctypes.c_int64, "real": ctypes.c_double, "flag": ctypes.c_uint8}
 _RETURNED: dict[str, Any] = {"int64": ctypes.c_int64, "float64": ctypes.c_double, "none": None}
-# Functions compiled by Numba have these statuses if they return a value, or None.
+# A function compiled by Numba returns one of these statuses if its result is a value or None.
 _RETURNED_ONE, _RETURNED_NONE = 0, -2
 # Prefixes of symbols whose addresses only Numba knows.
 _NUMBAS_OWN = ("NRT_", "numba_", "Py", "_Py")
@@ -45,24 +45,24 @@ class ObjectCode(NamedTuple):
     code: bytes  #: Object file.
     symbol: str  #: Symbol of the function.
     returns: str  #: Type of the result: ``int64``, ``float64`` or ``none``.
-    #: External functions that the loop calls: from the mathematical library, or from
-    #: `tell_address`.
+    #: Names of external functions that the loop calls. They are in the mathematical library or
+    #: known from `tell_address`.
     needs: list[str]
 
 
 class CachedKernel:
     """
-    Loop that is compiled at its first call, or loaded if it was compiled before.
+    Loop that is compiled, or loaded from the cache, at its first call.
 
-    `function` is plain Python that allocates nothing and calls only functions known to the
-    compiler. `dispatcher` returns the loop as Numba's dispatcher; it is called only if the loop
+    `function` is plain Python that allocates nothing and calls only functions registered with the
+    compiler. `dispatcher` returns Numba's dispatcher of the loop; it is called only if the loop
     must be compiled.
     """
 
     def __init__(self, function: FunctionType, dispatcher: Callable[[], Any], keep: bool) -> None:
         self._function, self._dispatcher, self._keep = function, dispatcher, keep
         self._binds: dict[tuple, Callable] = {}
-        self.compiled = 0  # number of compilations in this process, one for each kind of arguments
+        self.compiled = 0  # compilations in this process, one per combination of argument types
 
     def __call__(self, *arguments: Any) -> Any:
         """Run the loop; arguments are numbers, arrays, records, or tuples of these."""
@@ -85,7 +85,8 @@ class CachedKernel:
                 return _loaded(self._compile(arguments), kinds)
             name = self._function.__qualname__.replace("<locals>", "").replace("..", ".")
             name = name.replace("<lambda>", "lambda")
-            # The file name does not depend on the code, so a new version overwrites a stale one.
+            # The file name does not depend on the code of the loop; therefore a new version
+            # overwrites a stale one.
             place = _digest(repr(kinds), _machine_print(), *self._called())
             path = folder_of_loops() / f"{name}-{place[:16]}.loop"
             key = _digest(place, fingerprint(self._function))
@@ -99,7 +100,7 @@ class CachedKernel:
             return _loaded(found, kinds)
 
     def _called(self) -> list[str]:
-        """Return the names of the called functions, which distinguish loops of one name."""
+        """Return the names of called functions; they distinguish loops with the same name."""
         used = (cell.cell_contents for cell in self._function.__closure__ or ())
         return sorted(each.__qualname__ for each in used if isinstance(each, FunctionType))
 
@@ -126,7 +127,7 @@ class CachedKernel:
         needs = []
         for value in (*module.functions, *module.global_variables):
             if not value.is_declaration:
-                # Exported symbols of the same name would be shared between loops.
+                # Loops would share exported symbols with the same name.
                 value.linkage = "internal" if value.name != entry.name else "external"
             elif value.name.startswith(_NUMBAS_OWN):
                 raise TypeError(f"{self._function.__qualname__} needs {value.name} of Numba")
@@ -147,12 +148,12 @@ def _digest(*parts: str) -> str:
 
 
 def _take_apart(arguments: tuple, kinds: list, values: list) -> None:
-    """Append the kind of each argument, and the values that compiled code receives for it."""
+    """Append the type of each argument, and the values that represent it in compiled code."""
     for argument in arguments:
         if isinstance(argument, np.ndarray):
             kinds.append((argument.dtype.str, argument.ndim, argument.flags.num & _LAYOUT))
-            # This is Numba's form of an array; the two zeros leave out the owner and its reference
-            # count.
+            # This is how Numba represents an array; the two zeros stand for a missing owner and its
+            # reference count.
             values += (0, 0, argument.size, argument.itemsize, _address(argument))
             values += argument.shape
             values += argument.strides
@@ -178,7 +179,7 @@ def _take_apart(arguments: tuple, kinds: list, values: list) -> None:
 
 
 def _address(array: Any) -> int:
-    """Return the address of an array, four times as fast as ``array.ctypes.data``; 0 if empty."""
+    """Return the address of an array; 0 if empty. Four times as fast as ``array.ctypes.data``."""
     if array.size == 0:
         return 0
     try:
@@ -209,7 +210,8 @@ def _loaded(made: ObjectCode, kinds: tuple) -> Callable:
     engine.add_object_file(llvm.ObjectFileRef.from_data(made.code))
     engine.finalize_object()
     address = engine.get_function_address(made.symbol)
-    # The first two arguments point to the result and to an exception, which no loop raises.
+    # The first two arguments are pointers to the result and to an exception; no loop raises an
+    # exception.
     prototype = ctypes.CFUNCTYPE(
         ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *_argument_types(kinds)
     )
@@ -219,7 +221,7 @@ def _loaded(made: ObjectCode, kinds: tuple) -> Callable:
         result, exception = (returned or ctypes.c_int64)(), ctypes.c_void_p()
         whole = (ctypes.addressof(result), ctypes.addressof(exception), *values)
 
-        # The default argument keeps code and arrays alive as long as the function.
+        # The default argument keeps the code and the arrays alive as long as the function exists.
         def run(_kept: Any = (engine, exception, arguments)) -> Any:
             status = function(*whole)
             if status not in (_RETURNED_ONE, _RETURNED_NONE):
@@ -240,7 +242,7 @@ def _start_llvm() -> None:
 
 
 def _target_machine(**options: Any) -> Any:
-    """Return LLVM's code generator with the settings of Numba."""
+    """Return a code generator of LLVM with the settings that Numba uses."""
     import llvmlite.binding as llvm
 
     _start_llvm()
@@ -251,7 +253,7 @@ def _target_machine(**options: Any) -> Any:
 
 @lru_cache(maxsize=1)
 def _machine_print() -> str:
-    """Return all settings on which compiled code depends besides its source."""
+    """Return a text of all settings that affect compiled code, apart from its source."""
     import llvmlite.binding as llvm
 
     _start_llvm()
@@ -266,7 +268,7 @@ def _machine_print() -> str:
 
 
 def folder_of_loops() -> Path:
-    """Return the folder of cached loops: beside their source if possible, as Numba chooses it."""
+    """Return the folder of cached loops, chosen as Numba does: beside the source if possible."""
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given:
         return Path(given)
@@ -279,7 +281,7 @@ def folder_of_loops() -> Path:
 
 
 def _read(path: Path, key: str) -> ObjectCode | None:
-    """Return the compiled loop in a file; None if the file is damaged or stale."""
+    """Return the compiled loop from a file; None if the file is missing, damaged or stale."""
     try:
         digest, content = path.read_bytes().split(b"\n", 1)
         if digest != sha256(content).hexdigest().encode():
@@ -293,19 +295,20 @@ def _read(path: Path, key: str) -> ObjectCode | None:
 
 
 def tell_address(name: str, function: Any) -> None:
-    """Set the address of a function of another library, before a loop that calls it is compiled."""
+    """Set the address of a foreign function, before a loop that calls it is compiled or loaded."""
     import llvmlite.binding as llvm
 
     llvm.add_symbol(name, ctypes.cast(function, ctypes.c_void_p).value)
 
 
 def _is_known(name: str) -> bool:
-    """Return whether LLVM knows, or can be given, the address of a mathematical function."""
+    """Return whether LLVM knows a mathematical function; set its address if necessary."""
     import llvmlite.binding as llvm
 
     if llvm.address_of_symbol(name) is not None:
         return True
-    # The `math` module links this library, or the program itself does if `math` is built in.
+    # The `math` module is linked to the mathematical library; if `math` is built in, the program
+    # itself is.
     function = getattr(ctypes.CDLL(getattr(math, "__file__", None)), name, None)
     if function is not None:
         tell_address(name, function)
@@ -313,15 +316,16 @@ def _is_known(name: str) -> bool:
 
 
 def _write(path: Path, key: str, made: ObjectCode) -> None:
-    """Write a loop for other processes, which read either the old file or the new one."""
+    """Write a loop to a file; other processes read either the complete old or new file."""
     facts = {"key": key, "symbol": made.symbol, "returns": made.returns, "needs": made.needs}
     content = json.dumps(facts).encode() + b"\n" + made.code
     part = path.with_suffix(f".{os.getpid()}")
-    # A full or read-only disk only costs the next process time.
+    # If the disk is full or read-only, the next process only has to compile the loop again.
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            # The first line is the checksum of the rest: a damaged symbol would crash the process.
+            # The first line is the checksum of the rest, because a damaged file would crash the
+            # process.
             part.write_bytes(sha256(content).hexdigest().encode() + b"\n" + content)
             part.replace(path)
         finally:

@@ -1,4 +1,4 @@
-"""Fingerprint of a function, which changes with its code and with everything that it uses."""
+"""Compute the fingerprint of a function, which changes with its code and everything it uses."""
 
 from collections.abc import Callable
 from hashlib import sha256
@@ -12,9 +12,9 @@ def fingerprint(function: Callable) -> str:
     """
     Return the fingerprint of a plain function.
 
-    Functions that compute the same have the same fingerprint, wherever they are defined. A function
-    may use modules, numbers, classes, NumPy functions and plain functions. Raises TypeError if it
-    uses another object, whose changes would not be noticed.
+    Functions with the same code have the same fingerprint, wherever they are defined. A function
+    may use modules, numbers, classes, NumPy functions and plain functions. Raises TypeError if the
+    function uses any other object, because changes of this object could not be detected.
     """
     parts: list[str] = []
     _describe(function, parts, set())
@@ -22,15 +22,15 @@ def fingerprint(function: Callable) -> str:
 
 
 def has_print(function: FunctionType) -> bool:
-    """Return whether `fingerprint` notices all changes of a user's function."""
+    """Return whether `fingerprint` detects all changes of a user's function."""
     try:
         fingerprint(function)
-    except (TypeError, ValueError):  # ValueError: names that are not bound yet
+    except (TypeError, ValueError):  # ValueError: an unbound name in the closure
         return False
     return True
 
 
-# Modules whose contents do not change; names of other modules are followed.
+# The contents of these modules do not change; names from other modules are described.
 _LASTING = {"math", "numpy"}
 
 
@@ -73,7 +73,8 @@ def _describe_code(code: CodeType, names: dict, parts: list[str], seen: set[Any]
 
 def _describe_names(used: tuple[str, ...], known: dict, parts: list[str], seen: set[Any]) -> None:
     for name in used:
-        # The names include names of attributes. An attribute with the name of a global is harmless.
+        # The names include names of attributes. It is harmless if an attribute has the name of a
+        # global variable.
         if name not in known:
             continue
         parts.append(name)

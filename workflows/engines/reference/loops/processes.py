@@ -1,9 +1,10 @@
 """
-Decide which cores each process may use, and which process compiles a loop.
+Decide how many cores each process may use, and which process compiles a loop.
 
-If one process compiles a loop, others that need it wait and then load it. Numba compiles one loop
-at a time in a process, and a first collision needs two. This process compiles the loop that takes
-longer. A helper process compiles the other at the same time, keeps it on disk and ends.
+While one process compiles a loop, other processes that need this loop wait, and then load it. Numba
+compiles only one loop at a time in a process, but a first collision needs two loops. This process
+compiles the loop that takes longer. At the same time, a helper process compiles the second loop,
+writes it to disk and ends.
 """
 
 import os
@@ -23,30 +24,30 @@ from typing import Any
 from chaincor.workflows.engines.time_limit import check_time
 from chaincor.workflows.versions import cores_allowed
 
-# The helper process runs this program, with the module search path of this process.
+# The helper process runs this program, with the module search path of the parent process.
 _PROGRAM = """
 import pickle, sys
 sys.path[:] = pickle.load(sys.stdin.buffer)
 function, arguments = pickle.load(sys.stdin.buffer)
 function(*arguments)
 """
-# The parent process waits this many seconds for the helper. The helper started first and has less
-# to do, so a later helper must have been delayed.
+# The parent process waits this many seconds for the helper. The helper starts first and has less to
+# do; if it takes longer, it has been delayed.
 _HELPER_TIMEOUT = 10.0
 
-# This event is set while a loop is compiled, so that displays of the running time can say so.
+# This event is set while a loop is compiled; progress displays show this.
 COMPILING = threading.Event()
 
 _START: ContextVar[Callable[[], None] | None] = ContextVar("_START", default=None)
 
-# After this many seconds the process that holds the lock is assumed to have stopped. The slowest
-# loop takes a third of this time on a machine with four processes per core.
+# After this many seconds, the process that has the lock is assumed to have stopped. With four
+# processes per core, compiling the slowest loop takes a third of this time.
 _LOCK_TIMEOUT = 120.0
 _LOCK_INTERVAL = 0.05
 
 
 def cores() -> int:
-    """Return the number of cores for one collision: its own, at most ``OMP_NUM_THREADS``."""
+    """Return the number of cores for one collision, at most ``OMP_NUM_THREADS``."""
     found = own_cores()
     wanted = os.environ.get("OMP_NUM_THREADS", "")
     return max(1, min(found, int(wanted))) if wanted.isdecimal() else found
@@ -54,10 +55,11 @@ def cores() -> int:
 
 def own_cores() -> int:
     """
-    Return the number of cores that belong to this process.
+    Return the number of cores that this thread may use.
 
-    The number is one in worker processes and in all threads but the main thread, because collisions
-    run side by side there. Otherwise it is the number of cores that the process may use.
+    The number is one in worker processes and in all threads except the main thread, because these
+    processes and threads run collisions side by side. In the main thread of the main process, it is
+    the number of cores that the process may use.
     """
     if parent_process() is not None or threading.current_thread() is not threading.main_thread():
         return 1
@@ -67,18 +69,18 @@ def own_cores() -> int:
 @contextmanager
 def one_process(folder: Path, name: str) -> Iterator[None]:
     """
-    Allow one process at a time into the block, for each name in a folder of loops.
+    Let only one process at a time run the ``with`` block for a name in a folder of loops.
 
-    Several workers that start together would otherwise each compile the same loops. Other names do
-    not wait. Only time depends on the lock: if the system has no locks, or if the other process
-    takes too long, nobody waits.
+    Without this lock, several workers that start together would each compile the same loops. Blocks
+    for other names do not wait. Only the time depends on the lock: if the system has no locks, or
+    if the other process takes too long, no process waits.
     """
     file = None
     with suppress(ImportError, OSError):
         import fcntl  # not on Windows
 
         folder.mkdir(parents=True, exist_ok=True)
-        # Each name locks one byte of the file; the system releases the locks of processes that end.
+        # Each name locks one byte of the file. The system releases the lock when its process ends.
         file = (folder / "compiling.lock").open("ab")
         _wait(fcntl, file, int(sha256(name.encode()).hexdigest()[:8], 16))
     try:
@@ -103,11 +105,12 @@ def _wait(fcntl: Any, file: Any, place: int) -> None:
 @contextmanager
 def compile_in_background(function: Callable, *arguments: Any) -> Iterator[None]:
     """
-    Call a function in another process if a loop is compiled within the block.
+    Call a function in a helper process if a loop is compiled within the ``with`` block.
 
-    No result depends on whether this succeeds or is tried. It is not tried on a single core, or in
-    worker processes, because these already use all cores. The function, defined in a module, loads
-    or compiles loops, which are on disk after the block. Its arguments are pickled.
+    The function loads or compiles loops, which are on disk after the block. It must be defined in a
+    module, and its arguments must be picklable. No helper is started on a single core, or in worker
+    processes, which already use all cores. No result depends on whether a helper is started or
+    succeeds.
     """
     helpers: list[subprocess.Popen] = []
 
@@ -131,7 +134,7 @@ def compile_in_background(function: Callable, *arguments: Any) -> Iterator[None]
 
 @contextmanager
 def a_loop_is_compiled() -> Iterator[None]:
-    """Start the helper process, if there is one, and mark that a loop is compiled."""
+    """Start the helper process, if one is wanted, and set `COMPILING` within the ``with`` block."""
     start = _START.get()
     if start is not None:
         start()
@@ -143,7 +146,7 @@ def a_loop_is_compiled() -> Iterator[None]:
 
 
 def _started(function: Callable, arguments: tuple) -> list[subprocess.Popen]:
-    """Return the process that calls a function; an empty list if it cannot be started."""
+    """Start a process that calls a function; return an empty list if this is impossible."""
     try:
         task = pickle.dumps(sys.path) + pickle.dumps((function, arguments))
         helper = subprocess.Popen(
