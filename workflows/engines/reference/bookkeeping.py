@@ -21,52 +21,46 @@ SPARE_CONTACTS = 64
 # fraction of the distance v0 H.
 LIKELY = 0.05
 
+# These fields change as the bodies move.
+_MOTION = [
+    ("position", "f8"),  # x of the first particle; the gap if the target is a hard wall
+    ("last_position", "f8"),  # position at the end of the last contact
+    # momentum of the relative motion of both bodies, summed from impulses
+    ("momentum", "f8"),
+    ("chain_momentum", "f8"),  # momentum of the chain when soft bodies touched
+    ("touching", "i8"),  # whether bodies overlap now
+    ("active", "i8"),  # number of bonds that have begun to move
+    ("first_contact", "f8"),  # time of the first contact
+    ("last_contact", "f8"),  # time at which the last contact ended
+    ("argue_after", "f8"),  # time after the last contact from which the end may be argued
+    ("strain_min", "f8"),  # smallest and largest strain since the first contact
+    ("strain_max", "f8"),
+    ("contact_min", "f8"),  # smallest and largest strain up to the last contact
+    ("contact_max", "f8"),
+]
+# These fields are set before a run and do not change.
+_LIMITS = [
+    ("impact_velocity", "f8"),  # v0
+    ("contact_mass", "f8"),  # reduced mass of the particles in contact
+    ("soft", "i8"),  # whether bodies overlap in a contact
+    ("argue_first", "f8"),  # value of argue_after while there is only one contact
+    ("patience", "f8"),  # value of argue_after in mean intervals between contacts
+    # shortest substep near touching and parting, as a fraction of the step
+    ("shortest_share", "f8"),
+    ("grading", "f8"),  # ratio of a graded substep to its time from the event
+    ("strain_floor", "f8"),  # a strain outside these limits stops the run
+    ("strain_ceiling", "f8"),
+    ("step_evaluations", "i8"),  # number of evaluations in one step
+]
+_COUNTERS = [
+    ("steps", "i8"),  # number of full steps done
+    ("contacts", "i8"),
+    ("evaluations", "i8"),  # number of evaluations of all bond forces
+    ("substeps", "i8"),  # number of substeps in the log
+]
 # All run states have the same dtype. Loops are selected by the types of their arguments, and NumPy
 # would create a new type for each view of records.
-RUN_STATE: Any = np.dtype(
-    (
-        np.record,
-        [
-            ("position", "f8"),  # x of the first particle; the gap if the target is a hard wall
-            ("last_position", "f8"),  # position at the end of the last contact
-            ("impact_velocity", "f8"),  # v0
-            ("contact_mass", "f8"),  # reduced mass of the particles in contact
-            # momentum of the relative motion of both bodies, summed from impulses
-            ("momentum", "f8"),
-            ("chain_momentum", "f8"),  # momentum of the chain when soft bodies touched
-            ("first_contact", "f8"),  # time of the first contact
-            ("last_contact", "f8"),  # time at which the last contact ended
-            ("argue_after", "f8"),  # time after the last contact from which the end may be argued
-            ("argue_first", "f8"),  # value of argue_after while there is only one contact
-            ("patience", "f8"),  # value of argue_after in mean intervals between contacts
-            # shortest substep near touching and parting, as a fraction of the step
-            ("shortest_share", "f8"),
-            ("grading", "f8"),  # ratio of a graded substep to its time from the event
-            ("strain_min", "f8"),  # smallest and largest strain since the first contact
-            ("strain_max", "f8"),
-            ("contact_min", "f8"),  # smallest and largest strain up to the last contact
-            ("contact_max", "f8"),
-            ("strain_floor", "f8"),  # a strain outside these limits stops the run
-            ("strain_ceiling", "f8"),
-            ("steps", "i8"),  # number of full steps done
-            ("contacts", "i8"),
-            ("soft", "i8"),  # whether bodies overlap in a contact
-            ("touching", "i8"),  # whether bodies overlap now
-            ("active", "i8"),  # number of bonds that have begun to move
-            ("evaluations", "i8"),  # number of evaluations of all bond forces
-            ("step_evaluations", "i8"),  # number of evaluations in one step
-            ("substeps", "i8"),  # number of substeps in the log
-            *SEARCH_FIELDS,
-            # The following fields serve a chain in a batch (see ``batch.lanes``): the start time of
-            # its step, the rest of this step, the end of its next move, and what is known about
-            # this move.
-            ("begun", "f8"),
-            ("left", "f8"),
-            ("move", "f8"),
-            ("known", "i8"),
-        ],
-    )
-)
+RUN_STATE: Any = np.dtype((np.record, _MOTION + _LIMITS + _COUNTERS + SEARCH_FIELDS))
 
 
 def argue_when_silent(run_state: Any, stiffness: float) -> None:

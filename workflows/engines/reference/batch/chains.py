@@ -16,6 +16,7 @@ from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.batch.lanes import (
     ENDED,
     ENDLESS,
+    MOVE,
     MOVING,
     ChainRows,
     Lanes,
@@ -182,6 +183,7 @@ class Chains:
         self.near = Lanes.of(inverse[: stepper.scheme.reach + 1])
         self.rows = ChainRows(
             run_states=run_states,
+            moves=np.zeros(count, MOVE).view(np.recarray),
             strains=strain,
             velocities=velocity,
             last_strains=strain.copy(),

@@ -33,6 +33,19 @@ PROVED, ENDLESS, ENDED = 5, 6, 7
 # attempt of this move had to be undone (REPEATED).
 OPEN, MEETS, FREE, REPEATED = range(4)
 
+# A chain moves by whole steps; a contact divides its step into several moves.
+MOVE: Any = np.dtype(
+    (
+        np.record,
+        [
+            ("begun", "f8"),  # time at which the step of the chain began
+            ("left", "f8"),  # rest of this step
+            ("duration", "f8"),  # duration of the next move
+            ("known", "i8"),  # fact known about this move: OPEN, MEETS, FREE or REPEATED
+        ],
+    )
+)
+
 Counts = NDArray[np.int64]
 
 
@@ -95,6 +108,7 @@ class ChainRows(NamedTuple):
     """Arrays for the chains of a batch; each row belongs to one chain."""
 
     run_states: np.recarray  #: Scalar variables, see ``bookkeeping``; of shape (chains,).
+    moves: np.recarray  #: Present move of each chain, see `MOVE`; of shape (chains,).
     #: Current strains; of shape (chains, n - 1).
     strains: Array
     velocities: Array  #: Current velocities; of shape (chains, n).

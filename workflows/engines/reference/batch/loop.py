@@ -112,15 +112,15 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
 
     @register
     def begin_step(s: int, rows: ChainRows) -> None:
-        run_state, step = rows.run_states[s], rows.steps[s]
-        run_state.begun, run_state.left = run_state.steps * step, step
+        move, step = rows.moves[s], rows.steps[s]
+        move.begun, move.left = rows.run_states[s].steps * step, step
 
     @register
     def wait_if_likely(s: int, start: PathPoint, rows: ChainRows, places: Places) -> bool:
         # If a contact is likely, search for it before the step, as in ``motion``.
-        run_state = rows.run_states[s]
-        run_state.move, run_state.known = run_state.left, OPEN
-        likely = is_likely(run_state, start, run_state.left)
+        move = rows.moves[s]
+        move.duration, move.known = move.left, OPEN
+        likely = is_likely(rows.run_states[s], start, move.left)
         if likely:
             push(places.waiting, s)
         return likely
@@ -156,21 +156,21 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
                 searching += 1
                 load(s, k, rows, kept)
                 start = point_of(kept, k, rule.parameters)
-                begin_search(run_states[s], run_states[s].left, start)
+                begin_search(run_states[s], rows.moves[s].left, start)
                 room.steps[k] = run_states[s].search_time
         take_step(near, 1, rule)
         for k in range(LANES):
             s = searched[k]
             if s < 0:
                 continue
-            run_state = run_states[s]
+            run_state, move = run_states[s], rows.moves[s]
             if not go_on(run_state, point_of(moved, k, rule.parameters)):
                 room.steps[k] = run_state.search_time
                 continue
             if run_state.search_time >= 0.0:
-                run_state.move, run_state.known = run_state.search_time, MEETS
+                move.duration, move.known = run_state.search_time, MEETS
             else:
-                run_state.known = FREE if run_state.known == OPEN else REPEATED
+                move.known = FREE if move.known == OPEN else REPEATED
             push(places.found, s)
             searched[k] = -1
             searching -= 1
@@ -179,12 +179,12 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     @register
     def touch(s: int, k: int, rows: ChainRows, new: LaneState, places: Places) -> None:
         # Reverse the velocity of particle 1 at the wall, as ``motion`` does.
-        run_state, contacts = rows.run_states[s], rows.contacts[s]
+        run_state, contacts, move = rows.run_states[s], rows.contacts[s], rows.moves[s]
         speed = abs(new[1][k])
         new[1][k] = speed
         new[2][k] = 0.0
-        run_state.left -= run_state.move
-        now = run_state.begun + (rows.steps[s] - run_state.left)
+        move.left -= move.duration
+        now = move.begun + (rows.steps[s] - move.left)
         record_contact(run_state, contacts, now, speed)
         begin_range(run_state, places.low[k], places.high[k])
         note_impulse(run_state, contacts, 2.0 * run_state.contact_mass * speed)
@@ -233,33 +233,33 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
     ) -> bool:
         # Process the last move in one lane; return whether the chain stays in the lane.
         (old, new, room), s = lanes, places.whose[k]
-        run_state = rows.run_states[s]
-        if run_state.known != REPEATED:
+        run_state, move = rows.run_states[s], rows.moves[s]
+        if move.known != REPEATED:
             run_state.evaluations += run_state.step_evaluations
-        if run_state.known == OPEN:
+        if move.known == OPEN:
             start, end = point_of(old, k, rule.parameters), point_of(new, k, rule.parameters)
-            if not is_free(start, end, run_state.left):
-                run_state.known = REPEATED
+            if not is_free(start, end, move.left):
+                move.known = REPEATED
                 unload(s, k, rows, old)
                 push(places.waiting, s)
                 return False
         status = MOVING
-        if run_state.known == MEETS:
+        if move.known == MEETS:
             touch(s, k, rows, new, places)
             if run_state.contacts == rows.contacts.shape[2]:
                 status = bookkeeping.CROWDED
         else:
-            run_state.left = 0.0
-        if status == MOVING and run_state.left <= 0.0:
+            move.left = 0.0
+        if status == MOVING and move.left <= 0.0:
             status = after_step(s, k, rows, places)
             if status == bookkeeping.ARGUE and bounds.reaches.shape[0] > 0:
                 unload(s, k, rows, new)
                 status = look(s, rows, bounds)
             if more:
                 begin_step(s, rows)
-        if status == MOVING and run_state.left > 0.0:
+        if status == MOVING and move.left > 0.0:
             if not wait_if_likely(s, point_of(new, k, rule.parameters), rows, places):
-                room.steps[k] = run_state.left
+                room.steps[k] = move.left
                 return True
         else:
             rows.statuses[s] = status
@@ -302,7 +302,7 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
                     continue
                 moving += 1
                 load(s, k, rows, lanes.new)
-                room.steps[k] = rows.run_states[s].move
+                room.steps[k] = rows.moves[s].duration
             wanted = searching + places.waiting.held[0]
             if moving + wanted == 0:
                 return
