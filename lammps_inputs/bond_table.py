@@ -18,29 +18,32 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 # The table file has one section for each bond type.
 KEYWORDS = ("CHAIN", "FAR")
 
-# A chain that breaks stretches some bonds far beyond all others. A second table covers these
-# lengths, so that the first table, which is steep at short lengths, stays narrow. A bond switches
-# tables where they overlap: to the far table at FAR_OUT, and back at the shorter FAR_BACK.
+# If a chain breaks, some bonds become much longer than all others. A second table covers these
+# lengths. The first table, which is steep at short lengths, can then remain narrow. A bond switches
+# tables where the two tables overlap: to the far table at the length FAR_OUT, and back at the
+# shorter length FAR_BACK.
 FAR_OUT = 2.1
 FAR_BACK = 1.9
 NEAR_END = FAR_OUT + 0.25
 FAR_START = FAR_BACK - 0.25
 
-# Within one bin of its end, LAMMPS reads past a spline table. Bonds stay three bins inside.
+# Closer than one bin to the end of a spline table, LAMMPS reads beyond the table. The margin keeps
+# bonds three bins away from the end.
 MARGIN_BINS = 3
-# A pilot run samples bonds only at the ends of steps. At H = 0.4 and a frequency of 2 it misses up
-# to 1 - cos(0.4) = 8 % of an extreme. A job of `lmp` alone cannot widen its table later.
+# Margin as a fraction of the largest strain. A pilot run samples bonds only at the ends of steps.
+# At H = 0.4 and a frequency of 2 it misses up to 1 - cos(0.4) = 8 % of an extreme strain. A script
+# that runs in `lmp` alone cannot widen its table later.
 MARGIN_FRACTION = 0.1
 
-# LAMMPS reads a row in about 1 us, so that more rows would cost as much as the integration.
+# LAMMPS reads a row in about 1 us. Reading more rows would take as long as the integration.
 MOST_ROWS = 200_000
 FEWEST_ROWS = 201
-# The tabulated force may have this error, relative to the largest force in its range. Rounding in
-# LAMMPS's interpolation limits the error to about 2e-13.
+# Target error of the tabulated force, relative to the largest force in the table. Because of
+# rounding in LAMMPS's interpolation, the error is at least about 2e-13.
 FORCE_TARGET = {"spline": 3e-13, "linear": 1e-9}
 _ERROR_ORDER = {"spline": 4, "linear": 2}
 _PROBE_ROWS = 2001
-# The search for rows on all kinks keeps at least this fraction of the bins between two kinks.
+# To place rows on all kinks, the number of bins between kinks is reduced at most to this fraction.
 _FINER = 0.8
 
 
@@ -101,8 +104,8 @@ def tabulate(
     Sample a potential over the expected bond lengths, with a margin.
 
     Without `rows`, `choose_rows` finds the number of rows for `force_error`. Raises TableError if
-    the range is empty, if there are too few rows for a margin, or if bonds get so short that their
-    force is no number.
+    the range is empty, if there are too few rows for a margin, or if the shortest bonds have no
+    finite force.
     """
     shortest, longest = bond_range
     if not (0.0 <= shortest <= longest < math.inf):
@@ -134,17 +137,17 @@ def tabulate_near_and_far(
     force_error: float | None = None,
 ) -> BondTable:
     """
-    Sample a potential in one table, or in two if some bonds get very long and `rows` is not given.
+    Sample a potential in one table, or in two if some bonds become very long.
 
-    The two tables overlap around ``FAR_BACK`` to ``FAR_OUT``. They have equal numbers of rows,
-    because LAMMPS uses one number of rows for all types.
+    With `rows`, there is always one table. Two tables overlap between ``FAR_BACK`` and ``FAR_OUT``.
+    They have the same number of rows, because LAMMPS uses one number of rows for all bond types.
     """
     shortest, longest = bond_range
     if rows is not None or longest <= NEAR_END + 1.0:
         return tabulate(bond, bond_range, style, rows, force_error)
     if force_error is None:
-        # This is the force error of the near table. The far table, with its small forces, needs no
-        # smaller error.
+        # Force error of the near table. The forces in the far table are small, and it may have the
+        # same error.
         force_error = FORCE_TARGET[style] * abs(float(bond.force(shortest - 1.0)))
     ranges = ((shortest, NEAR_END), (FAR_START, longest))
     rows = max(
@@ -157,9 +160,9 @@ def tabulate_near_and_far(
 
 def with_margin(bond: Potential, bond_range: tuple[float, float], rows: int) -> tuple[float, float]:
     """
-    Return the ends of a table with a given number of rows, with a margin beyond the bond lengths.
+    Return the ends of a table with `rows` rows and a margin beyond the bond lengths.
 
-    Raises TableError if there are too few rows, or if the force is no number at the shorter end.
+    Raises TableError if there are too few rows, or if the force is not finite at the short end.
     """
     shortest, longest = bond_range
     bins = rows - 1
@@ -168,12 +171,13 @@ def with_margin(bond: Potential, bond_range: tuple[float, float], rows: int) -> 
             f"table_points is {rows}. Give at least {2 * MARGIN_BINS + 2}, so that no bond "
             "reaches the end of the table"
         )
-    # Each end moves out by a fraction of its own distance from rest, so that a long tail does not
-    # move the steep end. Absolute coordinates are rounded, and widths below 1e-9 have no meaning.
+    # The margin at each end is a fraction of the strain at this end. A long table then has no
+    # larger margin at its steep end. The margin is at least 1e-9, because absolute coordinates are
+    # rounded.
     low = shortest - max(MARGIN_FRACTION * abs(1.0 - shortest), 1e-9)
-    # Rounding moves even a bond that is never stretched about its rest.
+    # Rounding slightly stretches even a bond that is only compressed.
     high = longest + max(MARGIN_FRACTION * max(longest - 1.0, 0.2 * (1.0 - shortest)), 1e-9)
-    # Each end also moves out by some bins, whose width grows with the range, and by one more bin if
+    # Each margin also contains some bins, whose width grows with the range, and one more bin if
     # rows are moved onto kinks.
     margin_bins = MARGIN_BINS + bool(bond.kinks)
     margin = margin_bins * (high - low) / max(bins - 2 * margin_bins, 1)
@@ -198,11 +202,12 @@ def rows_on_kinks(bond: Potential, span: tuple[float, float], rows: int) -> tupl
     """
     Move the ends of a table by at most one row, so that rows lie on the kinks of a bond.
 
-    LAMMPS interpolates linearly between uniform rows. This keeps a kink on a row, and cuts off a
-    kink between two rows.
+    LAMMPS interpolates linearly between evenly spaced rows. This represents a kink on a row
+    exactly, and cuts off a kink between two rows.
 
-    Kinks outside the table do not matter. One or two kinks lie on rows up to rounding. If there are
-    more, the first and the last lie on rows, and the others as nearly as the spacing allows.
+    Kinks outside the table are ignored. One or two kinks are placed on rows up to rounding. If
+    there are more kinks, the first and the last are placed on rows, and all others as close to rows
+    as the spacing allows.
     """
     low, high = span
     inside = [1.0 + kink for kink in bond.kinks if low < 1.0 + kink < high]
@@ -213,7 +218,7 @@ def rows_on_kinks(bond: Potential, span: tuple[float, float], rows: int) -> tupl
     first, last = inside[0], inside[-1]
     most = int((last - first) / spacing)
     if most > 0:
-        # Fewer bins between the kinks are wider, so that the table can only get longer.
+        # With fewer bins between the kinks, bins are wider, and the table can only become longer.
         counts = np.arange(most, max(int(_FINER * most), 1) - 1, -1)
         steps = (last - first) / counts
         offsets = (np.array(inside) - first) / steps[:, None]
@@ -235,14 +240,14 @@ def choose_rows(
     """
     Return the number of rows at which the interpolated force reaches its target error.
 
-    The error of a table with few rows is measured between its rows, and scaled with the order of
-    the interpolation (4 for the cubic spline, 2 for the straight line).
+    The interpolation error is measured half-way between the rows of a small table. It is then
+    scaled to more rows with its order, 4 for the cubic spline and 2 for straight lines.
 
     `force_error` is the target error, by default ``FORCE_TARGET`` times the largest force in the
     range. The result is at most ``MOST_ROWS``.
     """
     ends = [span[0], *(1.0 + k for k in bond.kinks if span[0] < 1.0 + k < span[1]), span[1]]
-    # Kinks lie on rows, so the error is measured only between kinks.
+    # Kinks are on rows, and the error is therefore measured only between kinks.
     parts = [_probe(bond, part, style) for part in pairwise(ends)]
     scale = max(size for _, size in parts)
     target = FORCE_TARGET[style] * scale
@@ -260,7 +265,7 @@ def choose_rows(
 
 @kept_by_bond
 def _probe(bond: Potential, span: tuple[float, float], style: TableStyle) -> tuple[float, float]:
-    """Return the error of the interpolated force with few rows, and the largest force."""
+    """Return the error of the interpolated force in a small table, and the largest force."""
     lengths = np.linspace(*span, _PROBE_ROWS)
     middles = 0.5 * (lengths[1:] + lengths[:-1])
     forces = bond.force(lengths - 1.0)

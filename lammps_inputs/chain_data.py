@@ -6,8 +6,8 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-# The box has this free space on both sides of the chain, in chain lengths. It must hold the motion
-# of one collision. The box is not periodic, and particles are never sorted again.
+# Free space in the box on both sides of the chain, in chain lengths. It must be sufficient for the
+# motion in one collision. The box is not periodic, and LAMMPS never sorts particles anew.
 ROOM = 30.0
 
 
@@ -58,19 +58,19 @@ def format_data(line: Line, bond_types: int = 1, units: UnitSystem = CHAIN_UNITS
 
 
 def _slowness(masses: Array, velocities: Array) -> float:
-    """Return the factor in free space for bodies that separate slowly or move fast."""
+    """Return a factor of the free space, for bodies that separate slowly or move fast."""
     slow = max(1.0, float(np.mean(masses)) ** 0.5)
     return slow * max(1.0, 2.0 * float(np.max(np.abs(velocities))))
 
 
 def initial_state(line: Line) -> tuple[Array, Array]:
     """
-    Return positions and velocities of both bodies at the start, for the chain and then the target.
+    Return initial positions and velocities of both bodies, first those of the chain.
 
     The first particle of the target is at x = 0, and the others at -1, -2, ... Particle 1 of the
     chain also has x = 0 when the surfaces of both bodies touch. A chain without internal motion
     starts at its first contact, because its flight needs no computation. Other chains start at the
-    gap of the line.
+    initial gap of `line`.
     """
     lengths = 1.0 + line.strains[line.first :]
     gap = 0.0 if _rests(line) else float(line.strains[line.gap])

@@ -3,13 +3,13 @@
 import re
 from io import StringIO
 
-# This pattern matches the text before a comment. A # in quotes, or behind an unclosed quote, does
-# not begin a comment.
+# Pattern of the text before a comment. A # in quotes, or after an unclosed quote, does not begin a
+# comment.
 _UNCOMMENTED = re.compile(r"""(?>"{3}.*?"{3}|"[^"]*"|'[^']*'|["'].*|[^#])*""", re.DOTALL)
 
 _SPACES = " \t\n\v\f\r"
 _SPACED = re.compile(f"[{_SPACES}]+")
-# A quoted word ends at the next equal quote. Any other word ends at the next space.
+# A quoted word ends at the next quote of the same type. Any other word ends at the next space.
 _WORD = re.compile(
     rf"""[{_SPACES}]*(?:"{{3}}(.*?)"{{3}}|"(?!"")([^"]*)"|'([^']*)'|(["'])|([^{_SPACES}]+))""",
     re.DOTALL,
@@ -18,10 +18,10 @@ _WORD = re.compile(
 
 def join_lines(text: str) -> list[tuple[str, str]]:
     """
-    Return each command of a script twice: as it is written, and as LAMMPS reads it.
+    Return each command of a script in two forms: as written, and as LAMMPS reads it.
 
-    The text that LAMMPS reads has no comment. Lines are joined if ``&`` continues them, also in a
-    comment, or if they are in triple quotes.
+    The second form has no comment. Lines are joined if ``&`` continues them, even in a comment, or
+    if they are in triple quotes.
     """
     found: list[tuple[str, str]] = []
     raw: list[str] = []
@@ -29,8 +29,8 @@ def join_lines(text: str) -> list[tuple[str, str]]:
     for line in StringIO(text):  # lines end only at "\n"
         raw.append(line.removesuffix("\n"))
         command += line.rstrip(_SPACES)
-        # The search continues behind earlier text. Repeated searches for unclosed quotes would take
-        # minutes.
+        # The search continues after the text already searched. Searching again for an unclosed
+        # quote with each line would take minutes.
         while (at := command.find('"""', seen)) >= 0:
             quoted, seen = not quoted, at + 3
         seen = max(seen, len(command) - 3)
@@ -54,7 +54,7 @@ def words_of(command: str) -> list[str]:
     """
     Return the words of a command, without the quotes around a word.
 
-    Raises ValueError if a quote begins a word and never ends.
+    Raises ValueError if a quote begins a word and is never closed.
     """
     words = []
     for found in _WORD.finditer(command):

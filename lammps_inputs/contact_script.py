@@ -1,4 +1,4 @@
-"""Formulas and commands of a script for both bodies and the contact between them."""
+"""Formulas and commands in a script for two bodies and their contact."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ def number(value: float) -> str:
 
 
 def displacement(particles: int, alone: bool = True, length: float = 1.0) -> str:
-    """Return the formula of the particles' displacements from rest, for a chain and its target."""
+    """Return the formula of the displacements of all particles, in the chain and its target."""
     unit = "" if length == 1.0 else f"{number(length)}*"
     if alone:
         return f"x-{unit}(id-1)"
@@ -25,8 +25,8 @@ def contact_force(line: Line, only: str = "", unit: float = 1.0, length: float =
     """
     Return the commands that define the force between soft bodies that overlap.
 
-    `only` is a factor of the force, such as a condition. `unit` and `length` are the chain's units
-    of force and length, expressed in the script's units.
+    `only` is a factor of the force, for example a condition. `unit` and `length` are the chain's
+    units of force and length, expressed in the script's units.
     """
     place = None if line.rigid else len(line.chain_masses) + 1
     overlap = "(0.0-x[1])" if place is None else f"(x[{place}]-x[1])"
@@ -56,9 +56,9 @@ def contact_values(problem: Problem, units: UnitSystem) -> dict[str, Any]:
     Return the formulas of a script that depend on the bodies, for the template.
 
     The formulas include `gap`, its first derivative `gap_velocity` and its second derivative
-    `gap_acceleration`. For soft bodies their signs make the gap fall through 0 at each event.
-    `parting` is the relative velocity of the bodies. The other values describe the effect of a
-    contact, and whether the velocity can be chosen.
+    `gap_acceleration`. For soft bodies their signs are chosen such that the gap falls through 0 at
+    each event. `parting` is the relative velocity of the bodies. Further values describe the effect
+    of a contact, and whether users can set the velocity.
     """
     line, n = problem.line, problem.particles
     targets = line.targets
@@ -84,7 +84,7 @@ def contact_values(problem: Problem, units: UnitSystem) -> dict[str, Any]:
         "gap": gap,
         "gap_velocity": gap_velocity,
         "gap_acceleration": gap_acceleration,
-        # This is twice the reduced mass of the two particles at the contact.
+        # Twice the reduced mass of the two particles at the contact.
         "doubled_mass": number(2.0 * units.mass)
         if line.is_standard
         else f"2.0*{number(units.mass * line.contact_mass)}",

@@ -1,9 +1,9 @@
-"""Errors of the package, whose messages give the problem and the remedy."""
+"""Errors of the package. Each message gives the problem and the remedy."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-# Other programs use the names on the left for the names on the right.
+# Names in other programs, and the names that chaincor uses instead.
 _ELSEWHERE = {
     **dict.fromkeys(("lennard-jones", "lennardjones", "lj/cut", "12-6"), "lj"),
     **dict.fromkeys(("spring", "hooke", "linear", "harm"), "harmonic"),
@@ -20,12 +20,12 @@ _ELSEWHERE = {
     **dict.fromkeys(("simulate", "collide", "start"), "run"),
 }
 
-# Longer words are not compared with names, because they resemble no name and comparing is slow.
+# Longer words are not compared with names: they resemble no name, and the comparison is slow.
 _LONGEST_WORD = 60
 
 
 class ChaincorError(Exception):
-    """Base class of all errors that chaincor raises on purpose; the message is one line."""
+    """Base class of all errors that chaincor raises intentionally; the message is one line."""
 
     #: Exit status of the command line: 2 for bad input, 1 for a failed run.
     exit_status = 1
@@ -40,12 +40,12 @@ class InputError(ChaincorError):
 class SceneError(InputError):
     """Error: a scene has an invalid value, or values that contradict each other."""
 
-    #: All mistakes, if there are several; the message has a line for each.
+    #: All mistakes, if there are several; the message has one line per mistake.
     mistakes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, mistakes: Sequence[str], source: str | None = None) -> "SceneError":
-        """Return an error with all mistakes of a scene; several mistakes have a common heading."""
+        """Return an error with all mistakes of a scene, under a heading if there are several."""
         if len(mistakes) == 1:
             return cls(*mistakes)
         where = "" if source is None else f"{source}: "
@@ -56,13 +56,13 @@ class SceneError(InputError):
 
 
 def one_line(error: BaseException) -> str:
-    """Return the message of an error in one line; empty without a message."""
+    """Return the message of an error in one line, or an empty text if it has no message."""
     return " ".join(str(error).split())
 
 
 @contextmanager
 def mistakes_in(source: object) -> Iterator[None]:
-    """Add the place of the mistakes to a SceneError that has several."""
+    """Add the location of the mistakes to a SceneError with several mistakes."""
     try:
         yield
     except SceneError as error:
@@ -80,7 +80,7 @@ class TableError(InputError):
 
 
 def meant(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word nearest to an unknown word; None if no word is near."""
+    """Return the known word most similar to an unknown word; None if no word is similar."""
     if len(word) > _LONGEST_WORD:
         return None
     names = {name.lower().replace("_", "-"): name for name in known}

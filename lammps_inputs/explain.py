@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from chaincor.lammps_inputs.commands import join_lines
 
-# Comments are as wide as a slide.
+# Comments are narrow enough for a slide.
 _WIDTH = 72
 _SENTENCE_ENDS = re.compile(r"(?<=[.!?])\s")
 
@@ -18,7 +18,7 @@ class Explanation(NamedTuple):
     """Explanation of a command."""
 
     match: str  #: Regular expression that matches the beginning of the command.
-    text: str  #: Effect of the command, its reason, and the consequence of leaving it out.
+    text: str  #: Effect of the command, why it is needed, and what happens without it.
     page: str  #: Name of the page of the LAMMPS manual.
 
 

@@ -1,4 +1,4 @@
-"""Checks of numbers that users give as text or as Python objects."""
+"""Check numbers that users give as text or as Python objects."""
 
 import math
 import operator
@@ -8,7 +8,7 @@ from chaincor.lammps_inputs.errors import InputError
 
 
 def whole_number_given(name: str, value: Any, least: int = 1, most: int | None = None) -> int:
-    """Return a whole number within bounds; raise InputError for anything else."""
+    """Return a whole number within bounds; raise InputError for all other values."""
     try:
         number = None if isinstance(value, bool) else operator.index(value)
     except TypeError:
@@ -20,7 +20,7 @@ def whole_number_given(name: str, value: Any, least: int = 1, most: int | None =
 
 
 def positive_number_given(name: str, value: Any) -> float:
-    """Return a positive finite number; raise InputError for anything else."""
+    """Return a positive finite number; raise InputError for all other values."""
     try:
         number = math.nan if isinstance(value, bool | str | bytes) else float(value)
     except (TypeError, ValueError, OverflowError):
@@ -31,7 +31,7 @@ def positive_number_given(name: str, value: Any) -> float:
 
 
 def number_in(word: str) -> float | None:
-    """Return the number that a word states; None if the word is no number."""
+    """Return the number that a word states; None if the word is not a number."""
     try:
         return float(word)
     except ValueError:
@@ -49,5 +49,5 @@ def shown(value: Any) -> str:
     """Return the representation of any value in one line of at most 60 characters."""
     try:
         return " ".join(repr(value).split())[:60]
-    except Exception:  # the representation of an object may raise any error
+    except Exception:  # `repr` of an object may raise any error
         return f"an object of type {type(value).__name__}"

@@ -1,4 +1,4 @@
-"""Columns of beads as granular jobs: LAMMPS's `pair_style granular` with its Hertz law."""
+"""Columns of beads as LAMMPS jobs with the Hertz law of `pair_style granular`."""
 
 import math
 from typing import Any
@@ -15,16 +15,16 @@ from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.script import DATA_FILE, SAFE_PATH_CHARACTERS, rendered
 from chaincor.lammps_inputs.script_plan import ScriptPlan
 
-# LAMMPS's normal stiffness k_n multiplies sqrt(R_eff) d^(3/2). Beads of diameter 1 have R_eff =
-# 1/4, and R_eff = 1/2 at a wall.
+# LAMMPS's normal stiffness k_n multiplies sqrt(R_eff) d^(3/2). Two beads of diameter 1 have R_eff =
+# 1/4; a bead at a wall has R_eff = 1/2.
 PAIR_STIFFNESS, WALL_STIFFNESS = 2.0, math.sqrt(2.0)
 _HERTZ = 1.5
-# The overlaps of a bead with both neighbours may add up to this value, so that the neighbours do
-# not touch each other.
+# Largest sum of the overlaps of a bead with both neighbours. With a larger sum, the neighbours
+# would almost touch each other.
 _FREE = 0.9
-# A script runs to the time of the reference run's last contact, times the first number, plus the
-# second in units of the time in which two colliding beads stop each other. Eta does not change
-# after the last contact.
+# Duration of a script: the time of the last contact in the reference run, multiplied by the first
+# number, plus the second number times the time in which two colliding beads stop each other. Eta
+# does not change after the last contact.
 _LONGER, _MARGIN = 1.05, 5.0
 
 
@@ -32,8 +32,8 @@ def format_beads(problem: Problem) -> str:
     """
     Format the data file of a column for ``atom_style sphere``, exact to the last bit.
 
-    Beads of the column come first, then those of a free target, both from the contact outward. A
-    bead of mass m and diameter 1 has the density 6 m/pi.
+    Beads of the column come first, followed by those of a free target. Both are in order from the
+    contact outward. A bead of mass m and diameter 1 has the density 6 m/pi.
     """
     line = problem.line
     positions, velocities = bead_state(problem)
@@ -66,24 +66,24 @@ def format_beads(problem: Problem) -> str:
 
 
 def bead_rests(line: Line) -> Array:
-    """Return where the centres of touching beads rest, of the column and then of a free target."""
+    """Return centres of beads that just touch, in the column and then in a free target."""
     diameters = np.ones(len(line.chain_masses)) if line.diameters is None else line.diameters
     column = np.cumsum(np.append(0.0, 0.5 * (diameters[1:] + diameters[:-1])))
     return np.append(column, -1.0 - np.arange(line.targets))
 
 
 def bead_state(problem: Problem) -> tuple[Array, Array]:
-    """Return positions of the centres and velocities; bead 1 at 0 touches the wall."""
+    """Return positions of the centres, and velocities; bead 1 touches the wall at x = 0."""
     line = problem.line
     positions, velocities = initial_state(line)
     if line.diameters is not None:
         positions += bead_rests(line) - np.arange(problem.particles)
-    positions[problem.particles :] -= 1.0  # beads of a target touch where centres are 1 apart
+    positions[problem.particles :] -= 1.0  # touching beads of the two bodies have a distance of 1
     return positions, velocities
 
 
 def _kinds(line: Line) -> tuple[Array, Any]:
-    """Return mass and diameter of each type of bead, of shape (types, 2), and the types of all."""
+    """Return mass and diameter of bead types, of shape (types, 2), and the type of each bead."""
     masses = np.concatenate((line.chain_masses, line.target_masses))
     diameters = np.ones(len(masses)) if line.diameters is None else line.diameters
     kinds, types = np.unique(np.stack((masses, diameters), axis=1), axis=0, return_inverse=True)
@@ -92,10 +92,10 @@ def _kinds(line: Line) -> tuple[Array, Any]:
 
 def _pairs(problem: Problem) -> list[tuple[str, str]]:
     """
-    Return the types of beads and the stiffness and damping of each pair that LAMMPS needs.
+    Return for each pair of bead types the two types, and stiffness and damping.
 
-    LAMMPS's viscoelastic factor is eta_n0 sqrt(R_eff d) m_eff, so that each pair of masses has its
-    own eta_n0 for one factor A. For a dashpot, eta_n0 is A itself.
+    LAMMPS's viscoelastic damping factor is eta_n0 sqrt(R_eff d) m_eff. For a given factor A, eta_n0
+    therefore depends on both masses. For a dashpot, eta_n0 is A itself.
     """
     bond, line = problem.bond, problem.line
     assert isinstance(bond, Hertz)
@@ -116,7 +116,7 @@ def _first_diameter(line: Line) -> float:
 
 
 def _wall(problem: Problem) -> str | None:
-    """Return stiffness and damping of a soft wall, where m_eff is the mass of bead 1."""
+    """Return stiffness and damping of a soft wall; m_eff is then the mass of bead 1."""
     contact, bond = problem.line.contact, problem.bond
     assert isinstance(bond, Hertz)
     if not contact.soft or problem.line.targets:
@@ -125,7 +125,8 @@ def _wall(problem: Problem) -> str | None:
     if bond.damping_law == "viscoelastic":
         line = problem.line
         damping /= (0.5 * _first_diameter(line)) ** 0.5 * float(line.chain_masses[0])
-    # The law at the wall holds the root of the diameter, as R_eff does.
+    # The strength of the law at the wall contains the square root of the diameter, and so does
+    # LAMMPS's sqrt(R_eff).
     stiffness = WALL_STIFFNESS * contact.strength / _first_diameter(problem.line) ** 0.5
     return f"{number(stiffness)} {number(damping)}"
 
@@ -153,10 +154,11 @@ def render_granular_setup(problem: Problem, timestep: float, folder: str) -> str
 
 def render_granular_job(problem: Problem, plan: ScriptPlan) -> str:
     """
-    Render a script for ``lmp -in``: two runs, at the step and twice the step, and the error bar.
+    Render a script for ``lmp -in``: runs at two time steps, and the error bar.
 
-    The duration of a run follows from the reference run; at a lower velocity it grows as the
-    inverse velocity, which is more than any column needs.
+    The second run has twice the time step. The duration of a run is taken from the reference run.
+    At a lower velocity it is inversely proportional to the velocity, which is longer than any
+    collision of a column.
     """
     assert plan.end is not None
     assert plan.bar is not None

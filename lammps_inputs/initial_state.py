@@ -21,22 +21,22 @@ class InitialState:
     """Initial state of a chain, from the contact outward."""
 
     gap: float  #: Distance of particle 1 from the target.
-    strains: Array  #: Bond lengths less one; of shape (n - 1,).
+    strains: Array  #: Bond lengths minus 1; of shape (n - 1,).
     #: Velocities, positive away from the target, of shape (n,); None if all particles have the
-    #: scene's speed.
+    #: speed of the scene.
     velocities: Array | None
     masses: Array | None  #: Masses, of shape (n,); None if the scene gives them.
 
 
 def read_initial_state(path: Path) -> InitialState:
     """
-    Read the state of a chain from CSV with a row for each particle, from the target outward.
+    Read the state of a chain from CSV with one row per particle, from the target outward.
 
-    The first column is ``position``, the distance from the target (the wall at x = 0), or
-    ``strain``, the distance from the particle before less the distance at rest. The first strain is
-    the distance of particle 1 from the target. The columns ``velocity``, positive away from the
-    target, and ``mass`` may be left out. Raises SceneError with one line that names the file, the
-    row and the fault.
+    The first column is ``position`` or ``strain``. A position is the distance from the target (the
+    wall at x = 0). A strain is the distance from the previous particle minus the natural length.
+    The strain of particle 1 is its distance from the target. The columns ``velocity``, positive
+    away from the target, and ``mass`` are optional. Raises SceneError with one line that names the
+    file, the row and the mistake.
     """
     columns = _read_columns(path)
     if "position" in columns:

@@ -1,4 +1,4 @@
-"""Separate processes with limits, for work that may crash, hang or fill the memory."""
+"""Separate processes with limits, for functions that may crash, hang or fill the memory."""
 
 import atexit
 import os
@@ -13,30 +13,30 @@ from typing import IO, Any
 
 from chaincor.lammps_inputs.errors import ChaincorError, one_line
 
-# The new process searches modules in the same places as this process.
+# The new process searches for modules in the same folders as this process.
 _PROGRAM = """
 import pickle, sys
 sys.path[:] = pickle.load(sys.stdin.buffer)
 from chaincor.lammps_inputs.isolated import serve
 serve()
 """
-# A process may take this many times its processor time, because under load it gets a small share of
+# Largest ratio of elapsed time to processor time. On a busy machine a process gets a small share of
 # a core.
 _WALL_TIME = 30.0
 _LENGTH_BYTES = 8
 
 
 class IsolatedError(Exception):
-    """Error: the work was stopped by a limit, or crashed; the message is the reason."""
+    """Error of a function that exceeded a limit or crashed; the message is the reason."""
 
 
 class Isolated:
     """
     Function that runs in another process, which stays alive for further calls.
 
-    The function must belong to a module. Its arguments and its result are pickled. Calls raise the
-    ChaincorError that the function raises. Any other failure raises IsolatedError with the reason:
-    a crash, more than `seconds` of processor time, or more than `megabytes` of memory.
+    The function must belong to a module. Arguments and results are pickled. If the function raises
+    a ChaincorError, the call raises this error. Any other failure raises IsolatedError with the
+    reason: a crash, more than `seconds` of processor time, or more than `megabytes` of memory.
     """
 
     def __init__(self, function: Callable, *, seconds: int, megabytes: int) -> None:
@@ -86,7 +86,7 @@ class Isolated:
         return f"it ended with status {status}"
 
     def _started(self) -> subprocess.Popen:
-        """Return the process; start a new one after a fork, which copies the parent's pipes."""
+        """Return the process; after a fork, which copies the parent's pipes, start another one."""
         if self._process is not None and self._owner == os.getpid():
             if self._process.poll() is None:
                 return self._process
@@ -131,7 +131,7 @@ def serve() -> None:
     """Answer the calls of the parent process until the parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # output of libraries must not mix with the answers
+    os.dup2(2, 1)  # output of libraries must not mix with the results
     while True:
         try:
             function, given, seconds, megabytes = _receive(sys.stdin.buffer)
@@ -152,7 +152,7 @@ def serve() -> None:
 def _limit(seconds: int, megabytes: int) -> None:
     try:
         import resource
-    except ImportError:  # Windows has no such limits, and only the time is bounded there
+    except ImportError:  # Windows has no such limits; only the time is limited there
         return
     used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
     _, most = resource.getrlimit(resource.RLIMIT_CPU)

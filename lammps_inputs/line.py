@@ -1,5 +1,5 @@
 r"""
-A chain and its target as one line of particles with a contact.
+A chain and its target, as one row of particles with a contact.
 
 All particles are arranged along x, from the far end of the target to the far end of the chain.
 Neighbours have bonds, except at the contact, where there is a gap. A rigid wall is a target of one
@@ -17,8 +17,9 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
 from chaincor.lammps_inputs.contacts.hard import HARD
 
-# Masses whose relative difference is below this value amplify errors as equal masses do. The value
-# is a choice: 0.01 sufficed in the few scenes that were judged, too few for a general statement.
+# Masses with a smaller relative difference are assumed to amplify errors like equal masses. In the
+# few scenes that were examined, 0.01 was small enough. These are too few for a general statement,
+# and a smaller value was chosen.
 _ALIKE = 1e-6
 
 
@@ -30,8 +31,8 @@ class Line:
     #: rigid wall has the mass inf.
     masses: Array
     first: int  #: Index of particle 1 of the chain, which is the number of particles of the target.
-    #: Initial bond lengths less one, of shape (N - 1,). The value at ``first - 1`` is the gap. The
-    #: gap is not negative.
+    #: Initial bond lengths minus 1, of shape (N - 1,). The item ``first - 1`` is the gap, which is
+    #: not negative.
     strains: Array
     #: Initial velocities along x, negative for an approaching chain, of shape (N,).
     velocities: Array
@@ -41,9 +42,10 @@ class Line:
     @cached_property
     def pair_stiffness(self) -> Array:
         """
-        Factors of the forces of bonds, of shape (N - 1,): sqrt(4 R_eff) of Hertz's law.
+        Factors of the bond forces, of shape (N - 1,): sqrt(4 R_eff) in Hertz's law.
 
-        The factor is 1 for beads of diameter 1, and at the gap, whose law has its own.
+        The factor is 1 for beads of diameter 1. It is also 1 at the gap, because the contact law
+        contains the factor.
         """
         found = np.ones(len(self.masses) - 1)
         if self.diameters is not None:
@@ -75,16 +77,17 @@ class Line:
 
     @cached_property
     def is_standard(self) -> bool:
-        """Whether this is a cold chain of unit masses before a hard, rigid wall."""
+        """Whether a cold chain of unit masses hits a hard, rigid wall."""
         return self.at_wall and self.cold and self.unit and self.diameters is None
 
     @cached_property
     def has_equal_masses(self) -> bool:
         """
-        Whether this is a cold chain of nearly equal masses before a hard, rigid wall.
+        Whether a cold chain of nearly equal masses hits a hard, rigid wall.
 
-        Errors of steps and rounding are amplified more by light particles between heavy ones, by
-        free targets, and by chains that vibrate before the impact.
+        Other collisions amplify errors due to the time step and to rounding more: those with light
+        particles between heavy ones, with free targets, or with chains that vibrate before the
+        impact.
         """
         masses = self.chain_masses
         alike = bool(np.ptp(masses) <= _ALIKE * np.min(masses))
@@ -92,7 +95,7 @@ class Line:
 
     @cached_property
     def rigid(self) -> bool:
-        """Whether the target is the wall."""
+        """Whether the target is a rigid wall."""
         return bool(np.isinf(self.masses[0]))
 
     @property
@@ -140,7 +143,7 @@ class Line:
 
     @cached_property
     def lightest(self) -> float:
-        """Mass of the lightest particle that has a bond or touches a soft body."""
+        """Mass of the lightest particle with a bond or a soft contact."""
         return float(np.min(self._bonded()))
 
     @cached_property
@@ -174,7 +177,7 @@ class Line:
 
     def energy(self, bond: Potential, strains: Array, velocities: Array) -> float:
         """
-        Return the energy of both bodies: of motion along x, of the bonds, and of the overlap.
+        Return the kinetic energy of both bodies plus the energy of bonds and overlap.
 
         Strains, including the gap, have the shape (N - 1,), and velocities the shape (N,).
         """
@@ -188,9 +191,9 @@ class Line:
         return energy + self.contact.energy(max(-float(strains[self.gap]), 0.0))
 
     def separation(self, velocities: Array) -> float:
-        """Return the velocity of the chain's centre of mass relative to the target's, along x."""
+        """Return the velocity between the centres of mass of chain and target, along x."""
         chain = self.chain_masses
-        # The last bit of `@` depends on the address of an array.
+        # The last bit of a product by `@` depends on the memory address of an array.
         speed = float(np.sum(chain * velocities[self.first :]) / np.sum(chain))
         if not self.rigid:
             target = self.masses[: self.first]

@@ -17,7 +17,7 @@ def not_a_bool(expected: str) -> BeforeValidator:
 
 
 def at_least(least: float) -> AfterValidator:
-    """Return a validator that refuses smaller numbers and names the bound in readable form."""
+    """Return a validator that refuses smaller numbers and gives the bound in a readable form."""
 
     def check(value: float) -> float:
         if value < least:

@@ -1,4 +1,4 @@
-"""Numerics of one run: wall model, scheme, step and bond table."""
+"""Numerics of one run: wall model, scheme, time step and bond table."""
 
 from dataclasses import dataclass
 
@@ -15,18 +15,18 @@ class Numerics:
 
     #: Wall model: ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
     wall: Wall = "event"
-    #: Scheme: ``verlet``, ``order4``, ``order6`` or ``order8``. The event wall also allows
-    #: ``extrapolated12`` and so on, and the reference engine ``srkn14``; see
-    #: ``chaincor.workflows.engines.schemes``.
+    #: Scheme: ``verlet``, ``order4``, ``order6`` or ``order8``. With the event wall,
+    #: ``extrapolated12`` to ``extrapolated16`` are also possible, and in the reference engine
+    #: ``srkn14``; see ``chaincor.workflows.engines.schemes``.
     scheme: StepSchemeName = "order6"
     timestep: float = DEFAULT_TIMESTEPS["order6"]  #: Composed step H.
     table: TableStyle = "spline"  #: Interpolation of the bond table: ``linear`` or ``spline``.
-    #: Rows of the bond table; None if the range of the scene decides.
+    #: Rows of the bond table; None if they are chosen for the target error.
     table_points: int | None = None
     #: Shortest and longest bond in the range of the table; None if the engine finds them.
     bond_range: tuple[float, float] | None = None
-    #: Target error of the force that decides the rows if `table_points` is None. By default it is
-    #: the smallest error that a table of reasonable length can have.
+    #: Target error of the tabulated force, which determines the number of rows if `table_points` is
+    #: None. By default it is the smallest error that a table of reasonable length can have.
     force_error: float | None = None
 
     @classmethod

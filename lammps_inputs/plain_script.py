@@ -1,4 +1,4 @@
-"""Shortest script of a collision, with LAMMPS's own commands alone."""
+"""Shortest script of a collision, with only LAMMPS's own commands."""
 
 import math
 
@@ -10,19 +10,20 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import TABLE_FILE, rendered, setup_values, values_in_units
 from chaincor.lammps_inputs.script_plan import JobWishes, ScriptPlan
 
-# The Verlet step of a plain script is this number over omega of the fastest bond at rest.
+# Verlet step of a plain script, in units of 1/omega of the fastest bond at its natural length.
 _TIMESTEP = 0.01
-# A script runs to the time of the last contact, times the first number, plus the second. The stock
-# wall may detect a contact slightly late, and eta does not change after the last contact.
+# Duration of a script: the time of the last contact, multiplied by the first number, plus the
+# second number. The stock wall may detect a contact slightly late, and eta does not change after
+# the last contact.
 _LONGER, _MARGIN = 1.1, 5.0
 _LINES_OF_THERMO = 20
 
 
 def is_plain(wishes: JobWishes) -> bool:
     """
-    Return whether a user wants a plain script, or a whole script of the user's own in its place.
+    Return whether the user wants a plain script, or replaces it by a whole script.
 
-    Raises InputError if both are wanted, or if a wanted feature is not part of such scripts.
+    Raises InputError if the user wants both, or if a wanted feature is not part of such scripts.
     """
     whole = wishes.whole
     if whole is None and not wishes.plain:
@@ -47,7 +48,7 @@ def is_plain(wishes: JobWishes) -> bool:
 
 def plain_scene(scene: Scene) -> Scene:
     """
-    Return a scene with the numerics of a plain script: Verlet steps and LAMMPS's stock wall.
+    Return a scene with the numerics of a plain script: Verlet steps and the stock wall.
 
     Raises SceneError if a plain script cannot run the scene.
     """
@@ -78,9 +79,9 @@ def render_plain(scene: Scene, plan: ScriptPlan, approach: float, wishes: JobWis
     """
     Render a script of about twenty commands for ``lmp -in``, or a user's own template.
 
-    The scene is the result of `plain_scene`. The duration of the run follows from the end of the
-    same collision by the reference engine, and from the time of `approach` until the first contact.
-    Raises SceneError if the end of the collision is unknown.
+    The scene is the result of `plain_scene`. The duration of the run is computed from two times:
+    the last contact of the same collision in the reference engine, and the time of `approach` until
+    the first contact. Raises SceneError if the end of the collision is unknown.
     """
     if plan.end is None:
         raise SceneError(

@@ -1,4 +1,4 @@
-"""Problem: the physics of one collision, which engines and error bars work with."""
+"""Problem: the physics of one collision, as engines and error estimates use it."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,18 +14,20 @@ class Problem:
     """
     Bodies of one collision, with their bonds, contact law and initial state.
 
-    A scene is what a user writes; its problem is what a solver needs. Units are the natural bond
-    length, the particle mass and the bond stiffness.
+    A scene is the description by a user; a problem contains what a solver needs. Units are the
+    natural bond length, the particle mass and the bond stiffness.
     """
 
     bond: Potential  #: Potential of the bonds.
     line: Line  #: Both bodies along x, with their masses, contact law and initial state.
-    #: v0 > 0; the chain's centre of mass arrives with velocity -v0.
+    #: v0 > 0; the chain's centre of mass arrives with the velocity -v0.
     impact_velocity: float
-    label: str  #: Name of the potential in texts.
-    #: Whether the bond is built from keys, and so can be a key of a cache.
+    label: str  #: Name of the potential in output.
+    #: Whether the bond is built from keys of a scene. Only such bonds are keys of a cache.
     named: bool = True
-    temperature: float | None = None  #: k_B T of the drawn initial state; None for a cold one.
+    temperature: float | None = (
+        None  #: k_B T of a random initial state; None for a cold initial state.
+    )
     comes_moving: bool = False  #: Whether particles have individual initial velocities.
 
     @classmethod
@@ -58,27 +60,27 @@ class Problem:
 
     @property
     def longest_body(self) -> int:
-        """Number of particles of the longer body, which sound has to cross."""
+        """Number of particles in the longer body."""
         return max(self.particles, self.line.targets)
 
     @cached_property
     def fast_stiffness(self) -> float:
-        """U''(1) over the smallest mass: the square of the fastest bond's frequency."""
+        """U''(1) divided by the smallest mass: the squared frequency of the fastest bond."""
         return self.bond.scale_stiffness(self.impact_velocity**2) / self.line.lightest
 
     @cached_property
     def slow_stiffness(self) -> float:
-        """U''(1) over the mean mass of the slower body: the square of its speed of sound."""
+        """U''(1) divided by the mean mass in the slower body: its squared speed of sound."""
         return self.bond.sound_stiffness(self.impact_velocity**2) / self.line.mean_mass
 
     @property
     def contact_duration(self) -> float:
-        """Approximate duration of an overlap of two particles at the impact speed; 0 if hard."""
+        """Approximate duration of an overlap at the impact speed; 0 for hard contacts."""
         if not self.line.soft:
             return 0.0
         return 3.0 * self.line.overlap(self.impact_velocity) / self.impact_velocity
 
     @cached_property
     def start_energy(self) -> float:
-        """Total initial energy of the bodies: of motion and of strained bonds."""
+        """Total initial energy of the bodies: kinetic energy and energy of strained bonds."""
         return self.line.energy(self.bond, self.line.strains, self.line.velocities)

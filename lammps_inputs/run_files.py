@@ -1,4 +1,4 @@
-"""Files that a run in LAMMPS leaves, besides its result."""
+"""Files that a LAMMPS run writes besides its result."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class RunFiles:
-    """Files that a user wants of a run."""
+    """Files that a user wants from a run."""
 
     dump: Path | None = None  #: Dump of the motion.
     #: Time between the frames of the dump; None if frames are written at contacts.

@@ -75,7 +75,7 @@ class Scene(SceneFields):
         return self
 
     def __repr_args__(self) -> Iterable[tuple[str, Any]]:
-        """Yield the fields that decide the collision, and all other given fields."""
+        """Yield the fields that determine the collision, and all other given fields."""
         yield from shown_fields(self).items()
 
     def __str__(self) -> str:
@@ -83,7 +83,7 @@ class Scene(SceneFields):
 
     @property
     def label(self) -> str:
-        """Name of the potential in texts."""
+        """Name of the potential in output."""
         return self.potential if isinstance(self.potential, str) else self.potential.name
 
     @cached_property
@@ -101,7 +101,7 @@ class Scene(SceneFields):
 
     @property
     def impact_velocity(self) -> float:
-        """v0 > 0 in absolute units; the chain's centre of mass arrives with velocity -v0."""
+        """v0 > 0 in absolute units; the chain's centre of mass arrives with the velocity -v0."""
         if self.initial_state is not None and self.initial_state.velocities is not None:
             masses = chain_masses(self)
             return -float(masses @ self.initial_state.velocities) / float(np.sum(masses))
@@ -164,7 +164,7 @@ class Scene(SceneFields):
 
     @cached_property
     def explicit(self) -> bool:
-        """Whether the numerics are given instead of chosen from a tolerance."""
+        """Whether the user gives the numerics instead of a tolerance."""
         return any(getattr(self, key) is not None for key in NUMERICS_KEYS)
 
     @property
@@ -275,7 +275,7 @@ class Scene(SceneFields):
 
     @cached_property
     def canonical_fields(self) -> dict[str, Any]:
-        """Fields that decide the result, in a canonical form for JSON."""
+        """Fields that determine the result, in a canonical form for JSON."""
         return canonical_fields(self)
 
     @cached_property
@@ -285,7 +285,7 @@ class Scene(SceneFields):
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of all fields that decide the result, without the paths of outputs."""
+        """Hash of all fields that determine the result; paths of outputs are not included."""
         return hash_of(self.canonical_json)
 
     @cached_property
@@ -296,7 +296,7 @@ class Scene(SceneFields):
 
 
 def _of_problem(name: str) -> property:
-    """Return a deprecated attribute of scenes, which is an attribute of their problem now."""
+    """Return a deprecated attribute of a scene, which is now an attribute of its problem."""
 
     def read(scene: Scene) -> Any:
         said = f"Scene.{name} is deprecated. Use Scene.problem.{name}"

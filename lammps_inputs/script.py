@@ -1,4 +1,4 @@
-"""Renderer of LAMMPS inputs: every value is a number or a fixed name, never a user's text."""
+"""Render LAMMPS inputs. Each value is a number or a fixed name, never a user's text."""
 
 import string
 import textwrap
@@ -33,7 +33,7 @@ CONTACTS_FILE = "contacts.txt"
 RESTART_FILE = "chain.restart"
 STATE_FILE = "chain.state"
 
-# LAMMPS users give these names by -var instead of velocity and timestep.
+# Names that LAMMPS users give by -var by mistake, instead of velocity and timestep.
 _MISSPELT = ("speed", "v0", "vel", "velo", "v", "dt", "h", "step", "time_step", "timesteps")
 SAFE_PATH_CHARACTERS = frozenset(string.ascii_letters + string.digits + "./_+-")
 
@@ -43,12 +43,12 @@ def _environment() -> Any:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     loader = PackageLoader("chaincor.lammps_inputs", "templates")
-    # No escaping is needed: the text is no HTML, and no part of it comes from a user.
+    # No escaping is needed, because the text is not HTML and contains no text of a user.
     return Environment(loader=loader, undefined=StrictUndefined, **RENDERING)
 
 
 def rendered(template: str, values: dict[str, Any]) -> str:
-    """Return the text of a template of this package, rendered with values."""
+    """Render a template of this package with values."""
     return str(_environment().get_template(f"{template}.in.j2").render(values))
 
 
@@ -56,8 +56,8 @@ def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> st
     """
     Render the commands that set up a chain for a run driven from Python.
 
-    `folder`, which the program has made, holds the data file and the table. Raises SceneError if
-    its name has characters that LAMMPS would interpret.
+    `folder` contains the data file and the table. Raises SceneError if its name has characters that
+    LAMMPS would interpret.
     """
     if not set(folder) <= SAFE_PATH_CHARACTERS:
         raise SceneError(
@@ -73,7 +73,7 @@ def render_job(
     steps: ScriptedSteps | None = None,
     wishes: JobWishes = NO_WISHES,
 ) -> str:
-    """Render a self-contained script for ``lmp -in``; without `steps`, it uses Verlet steps."""
+    """Render a self-contained script for ``lmp -in``; without `steps`, it has Verlet steps."""
     values = setup_values(plan.numerics, plan.table, ".")
     values |= contact_values(problem, wishes.units)
     values |= values_in_units(problem, wishes.units)
@@ -86,7 +86,7 @@ def render_job(
 
 
 def setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> dict[str, Any]:
-    """Return the template values for the set-up of every run and script."""
+    """Return the template values for the set-up, which all runs and scripts have."""
     return {
         "folder": folder,
         "data_file": DATA_FILE,
@@ -122,14 +122,14 @@ def values_in_units(problem: Problem, units: UnitSystem) -> dict[str, Any]:
 
 
 def _plain(name: str) -> str:
-    """Return a name that is safe in a comment, because a file name may have any characters."""
+    """Replace characters of a file name that are not safe in a comment."""
     return "".join(c if c in SAFE_PATH_CHARACTERS else "?" for c in name[:60])
 
 
 def _plan_values(
     problem: Problem, plan: ScriptPlan, steps: ScriptedSteps | None, units: UnitSystem
 ) -> dict[str, Any]:
-    """Return the template values of the step, its bounds, the largest velocity and the error."""
+    """Return the template values of time step, its bounds, largest velocity and error."""
     multiples = (1.0,) if plan.bar is None else plan.bar.multiples
     longest = max(multiples) if steps is None else steps.heaviest * max(multiples)
     limit = 0.5 * VERLET_STABILITY_LIMIT / problem.fast_stiffness**0.5
@@ -137,7 +137,7 @@ def _plan_values(
         "scripted": True,
         "composed": steps is not None,
         "particles": problem.particles,
-        # The text has all digits, while an equal-style variable has 15.
+        # This text has all digits; an equal-style variable would have 15.
         "timestep": "${step}",
         "step": number(units.time * plan.numerics.timestep),
         "shortest": number(units.time * SHORTEST_TIMESTEP / problem.fast_stiffness**0.5),
@@ -154,7 +154,7 @@ def _plan_values(
 def _end_values(
     scouted: ScoutedEnd | None, times: EndTimes, values: dict[str, Any], time: float
 ) -> dict[str, Any]:
-    """Return the template values of the end. At another velocity, the script detects the end."""
+    """Return the template values of the end; at another velocity, the script detects the end."""
     last = number(time * (0.0 if scouted is None else scouted.last_contact_time))
     own = "" if values["given_velocities"] else f"*(v_velocity=={values['velocity']})"
     return asdict(times) | {
@@ -167,7 +167,7 @@ def _end_values(
 
 
 def _wished_values(wishes: JobWishes) -> dict[str, Any]:
-    """Return the template values of optional features of a script, and of their files."""
+    """Return the template values of optional features and of their files."""
     interval = wishes.frame_interval
     frames = "contacts" if interval is None else number(wishes.units.time * interval)
     return {
@@ -187,7 +187,7 @@ def _wished_values(wishes: JobWishes) -> dict[str, Any]:
 
 
 def _kept(values: dict[str, Any]) -> dict[str, list[str]]:
-    """Return the names of the variables that a script must keep to continue from a contact."""
+    """Return the names of variables that a script must save to continue from a contact."""
     results = ["restitution", "counted", "ended"]
     running = ["contacts", "last"]
     if values["guards"]:

@@ -1,4 +1,4 @@
-"""Define the choices for an input script besides the scene: the plan, and the user's options."""
+"""Define what determines an input script besides the scene: the plan, and the user's options."""
 
 from dataclasses import dataclass
 
@@ -10,14 +10,14 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 @dataclass(frozen=True)
 class ScoutedEnd:
-    """End of a collision in a pilot run, which a script repeats."""
+    """End of a collision in a pilot run. The script repeats this collision."""
 
     last_contact_time: float  #: Time from the first contact to the last.
     contacts: int  #: Number of contacts with the wall.
     ending: str  #: End of the collision: ``proved``, ``argued`` or ``open``.
     #: Time from the initial state to the end of the last contact; 0 if unknown.
     lasted: float = 0.0
-    bond_min: float = 1.0  #: Shortest bond until then.
+    bond_min: float = 1.0  #: Shortest bond up to the last contact.
 
 
 @dataclass(frozen=True)
@@ -31,15 +31,16 @@ class EndTimes:
 
 @dataclass(frozen=True)
 class ScriptedSteps:
-    """Steps of a script as sequences of Verlet steps, with times in the script's units."""
+    """Composed steps of a script, each a sequence of Verlet steps, in the script's units."""
 
-    weights: tuple[float, ...]  #: Weights w_k of the Verlet steps w_k H, which are a palindrome.
-    order: int  #: Order of the error of one run against H.
+    weights: tuple[float, ...]  #: Weights w_k of the Verlet steps w_k H; they are symmetric.
+    order: int  #: Order in H of the error of one run.
     citation: str  #: Source of the weights.
     coarse: float  #: Verlet step while the script waits for a contact-free time.
     patience: float  #: Time after a contact from which the script uses the coarse step.
-    #: Time around the begin and end of a contact of soft bodies in which steps are graded, and the
-    #: power of the grading; None without grading.
+    #: Steps are graded near the begin and the end of a contact of soft bodies. The first number is
+    #: the duration in which steps are graded, the second is the power of the grading. It is None
+    #: without grading.
     graded: tuple[float, float] | None = None
 
     @property
@@ -52,18 +53,19 @@ class ScriptedSteps:
 class ScriptedBar:
     """Data from which a script computes the error bar of its result."""
 
-    #: Steps of the runs in units of the result's step; the first is 1.
+    #: Steps of all runs, in units of the step of the result; the first is 1.
     multiples: tuple[float, ...]
-    #: Ratio of the result's error due to the step to the largest difference from the other runs.
+    #: Error of the result due to the time step, divided by the largest difference from another run.
+    #: The reference run is one of these.
     share: float
-    share_alone: float  #: The same ratio if only these runs are known.
-    #: Error due to the bond table, known beforehand.
+    share_alone: float  #: The same ratio, without a reference run.
+    #: Error due to the bond table, computed before the run.
     table: float
-    rounding: float  #: Error due to rounding, known beforehand.
-    ending: float  #: Error due to the end of the collision, known beforehand.
+    rounding: float  #: Error due to rounding, computed before the run.
+    ending: float  #: Error due to later contacts, computed before the run.
     #: Restitution of a run of the reference engine; None without such a run.
     reference_solution: float | None = None
-    reference_error: float = 0.0  #: Error of the restitution by the reference engine.
+    reference_error: float = 0.0  #: Error of `reference_solution`.
 
 
 @dataclass(frozen=True)
@@ -72,16 +74,16 @@ class ScriptPlan:
 
     numerics: Numerics  #: Wall, scheme and step.
     table: BondTable | None  #: Table of the bonds; None for LAMMPS's own harmonic bond.
-    #: End of the same collision in a pilot run, or None; the script does not end before it.
+    #: End of the same collision in a pilot run, or None. The script does not end earlier.
     end: ScoutedEnd | None = None
-    #: Data for the error bar, which takes further runs; None for the result alone.
+    #: Data for the error bar, which requires further runs; None for a script without error bar.
     bar: ScriptedBar | None = None
     #: Tolerance for which the numerics were chosen, printed in the heading.
     tolerance: float | None = None
-    #: Largest velocity that the script accepts and the table is expected to cover; None for the
-    #: velocity of the scene.
+    #: Largest velocity that the script accepts. The table is expected to be wide enough for it. By
+    #: default it is the velocity of the scene.
     fastest: float | None = None
-    #: Reason why the job is not expected to keep the tolerance; None if it is.
+    #: Why the job is not expected to reach the tolerance; None if it is expected to.
     doubt: str | None = None
     #: Hash of the scene, which a guarded job prints; None to print no hash.
     scene_sha256: str | None = None
@@ -99,8 +101,8 @@ class JobWishes:
     frame_interval: float | None = None
     contacts: bool = False  #: Whether the job lists its contacts in a file.
     restartable: bool = False  #: Whether the job writes restart files and can continue from them.
-    #: Whether the job refuses unsuitable inputs by name, and compares the momentum of the chain
-    #: with the momentum of its contacts.
+    #: Whether the job refuses unsuitable inputs with a message, and compares the chain's momentum
+    #: with the impulses of its contacts.
     guards: bool = False
     #: Bond lengths that the table must cover.
     table_range: tuple[float, float] | None = None
@@ -109,7 +111,7 @@ class JobWishes:
 
     @property
     def whole(self) -> OwnTemplate | None:
-        """Template of the user that is a whole script; None if it is not."""
+        """Template of the user, if it is a whole script; else None."""
         return self.template if self.template is not None and self.template.whole else None
 
 

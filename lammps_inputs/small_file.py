@@ -1,10 +1,10 @@
-"""Reader of the small files that a scene names, which refuses endless files."""
+"""Read small files that a scene names, and refuse files that may never end."""
 
 from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError
 
-# A file may have this many bytes: several for each particle of the longest chain.
+# Largest size of a file, in bytes: several for each particle of the longest chain.
 _LARGEST = 1_000_000_000
 _TOO_LARGE = "it is larger than the longest chain needs"
 
@@ -13,9 +13,9 @@ def read_small_file(path: Path, largest: int = _LARGEST, pipes: bool = False) ->
     """
     Return the text of a file of at most `largest` bytes, with or without a byte order mark.
 
-    With `pipes`, a pipe such as a shell's ``<(...)`` is read until it ends. Other files must be
-    plain, because a device or a pipe may never end. Raises OSError or ValueError with the reason if
-    the file cannot be read, is not plain, is too large, or is not UTF-8.
+    With `pipes`, a pipe such as a shell's ``<(...)`` is read until it ends. Otherwise the file must
+    be a regular file, because a device or a pipe may never end. Raises OSError or ValueError, with
+    the reason, if the file cannot be read, is not a regular file, is too large, or is not UTF-8.
     """
     if not (pipes and path.is_fifo()):
         refuse_endless(path, largest)
@@ -27,14 +27,14 @@ def read_small_file(path: Path, largest: int = _LARGEST, pipes: bool = False) ->
 
 
 def why_unreadable(error: OSError | ValueError) -> str:
-    """Return the reason for an unreadable file from the raised error."""
+    """Return why a file is unreadable, from the raised error."""
     if isinstance(error, OSError):
         return error.strerror or type(error).__name__
     return str(error) if type(error) is ValueError else type(error).__name__
 
 
 def refuse_endless(path: Path, largest: int = _LARGEST) -> None:
-    """Raise ValueError with the reason if a file may never end, or OSError if it is missing."""
+    """Raise ValueError if a file may never end, or OSError if it is missing."""
     if path.exists() and not path.is_file():
         raise ValueError("it is a folder" if path.is_dir() else "it is no plain file")
     if path.stat().st_size > largest:
@@ -42,6 +42,6 @@ def refuse_endless(path: Path, largest: int = _LARGEST) -> None:
 
 
 def refuse_device(path: Path) -> None:
-    """Raise InputError for a device or a pipe, which may never end; files may have any size."""
+    """Raise InputError for a device or a pipe, which may never end."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise InputError(f"{str(path)!r} is a device or a pipe. Give a plain file")

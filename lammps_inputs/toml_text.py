@@ -5,7 +5,7 @@ from typing import Any
 
 from chaincor.lammps_inputs.errors import SceneError
 
-# TOML's integers have 64 bits; longer ones cannot even be printed.
+# TOML's integers have 64 bits.
 _MOST_BITS = 64
 
 

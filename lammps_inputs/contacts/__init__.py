@@ -1,1 +1,1 @@
-"""Contact laws, which give the force between two touching bodies: one file for each law."""
+"""Contact laws, which give the force between two touching bodies; one file per law."""

@@ -1,4 +1,4 @@
-"""Keys of a scene for the contact between its bodies, from the declarations of contact laws."""
+"""Keys of a scene for the contact between its bodies, generated from the contact laws."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 

@@ -1,4 +1,4 @@
-"""Base class of contact laws: force, stiffness and energy of an overlap, and LAMMPS's formula."""
+"""Base class of contact laws: force, stiffness and energy of an overlap, and a LAMMPS formula."""
 
 import math
 from abc import ABC, abstractmethod
@@ -19,25 +19,26 @@ class ContactLaw(ABC):
     r"""
     Repulsion of two bodies that overlap by :math:`d = -g`, with the gap g < 0.
 
-    The force is zero for g > 0. It is positive if it drives the bodies apart. All units are units
-    of the chain.
+    The force is zero for g > 0, and positive if it drives the bodies apart. All quantities are in
+    the chain's units.
     """
 
-    name: ClassVar[str]  #: Name in scenes.
+    name: ClassVar[str]  #: Name of the law in scenes.
     soft: ClassVar[bool] = True  #: Whether bodies overlap while they touch.
-    #: Keys of the parameters in scenes, and their names in the class.
+    #: Keys of the parameters in scenes, with the names of the attributes.
     keys: ClassVar[dict[str, str]] = {}
-    #: Key of the factor of the force. A smaller value makes a softer contact.
+    #: Key of the factor of the force. A smaller factor makes the contact softer.
     strength_key: ClassVar[str] = ""
-    #: Whether the name is in the hash of a scene; one law has no name there, as in old stores.
+    #: Whether the hash of a scene contains the name. One law is hashed without its name, as in old
+    #: stores.
     named_in_identity: ClassVar[bool] = True
     force_kernel: ClassVar[Callable]  #: Force ``f(gap, parameters)`` for compiled loops.
     curvature_kernel: ClassVar[Callable]  #: Stiffness -dF/dg as ``f(gap, parameters)``.
     #: Damping c as ``f(gap, parameters)``: the force is F - c dg/dt, but not less than 0. It is
     #: None without damping. LAMMPS has no damped contact of chains.
     drag_kernel: ClassVar[Callable | None] = None
-    #: Fractional power of the overlap with which the force begins, or None if the force has all
-    #: derivatives while the bodies touch.
+    #: Fractional power of a small overlap to which the force is proportional; None if the force has
+    #: all derivatives while the bodies touch.
     onset: float | None = None
 
     @property
@@ -52,12 +53,12 @@ class ContactLaw(ABC):
 
     @property
     def damped(self) -> bool:
-        """Whether the force depends on the speed of the gap."""
+        """Whether the force depends on the rate of change of the gap."""
         return self.drag_kernel is not None
 
     @property
     def is_hertzian(self) -> bool:
-        """Whether the force is K d^(3/2), as LAMMPS's granular styles have it."""
+        """Whether the force is K d^(3/2), as in LAMMPS's granular styles."""
         return False
 
     def as_keys(self) -> dict[str, float]:
@@ -77,11 +78,11 @@ class ContactLaw(ABC):
 
     @property
     def strength(self) -> float:
-        """Factor of the force: the value of ``strength_key``."""
+        """Factor of the force, which is the parameter named by ``strength_key``."""
         return float(self.as_keys()[self.strength_key])
 
     def force_per_strength(self, gaps: Array) -> Array:
-        """Return the derivative of the forces at gaps with respect to the strength."""
+        """Return the derivative of forces with respect to the strength."""
         found = np.zeros(gaps.shape)
         found[gaps < 0.0] = [self.force(gap) / self.strength for gap in gaps[gaps < 0.0].tolist()]
         return found
@@ -100,18 +101,18 @@ class ContactLaw(ABC):
 
     @abstractmethod
     def overlap(self, energy: float) -> float:
-        """Return the overlap d >= 0 that has an energy."""
+        """Return the overlap d >= 0 at which the energy has a given value."""
 
     def rate(self, energy: float, mass: float) -> float:
-        """Return stiffness/mass at the overlap that has an energy: a squared frequency."""
+        """Return stiffness/mass, a squared frequency, at the overlap with a given energy."""
         return self.curvature(-self.overlap(energy)) / mass
 
     def lammps_force(self, overlap: str, force: float = 1.0, length: float = 1.0) -> str:
         """
         Return the force as a formula of LAMMPS.
 
-        Stages of a step may lie slightly outside the contact, where the overlap is negative. The
-        formula of a smooth law continues there, so that steps keep their order.
+        Stages of a step may be slightly outside the contact, with a negative overlap. The formula
+        of a smooth law is also used there, because steps would otherwise lose their order.
 
         Parameters
         ----------
@@ -128,12 +129,12 @@ class ContactLaw(ABC):
         Raises
         ------
         SceneError
-            If LAMMPS cannot follow the law.
+            If LAMMPS cannot compute the law.
         """
         raise SceneError(f"LAMMPS has no contact {self.name!r}. Set engine to 'reference'")
 
     def between_spheres(self, diameter: float) -> "ContactLaw":
-        """Return the law of a sphere of another diameter than 1 at the wall."""
+        """Return the law between the wall and a sphere with a diameter other than 1."""
         if not self.soft:
             return self
         stiffer = dict(self.as_keys())
@@ -148,7 +149,7 @@ class ContactLaw(ABC):
 
     @property
     def shape(self) -> str:
-        """Name of the law, with the parameters besides its strength."""
+        """Name of the law, with all parameters except its strength."""
         rest = [f"{k} {v:g}" for k, v in self.as_keys().items() if k != self.strength_key]
         return ", ".join([repr(self.name), *rest])
 

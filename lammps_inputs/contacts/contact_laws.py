@@ -12,11 +12,11 @@ CONTACT_LAWS: dict[str, type[ContactLaw]] = {law.name: law for law in (Hard, Pow
 
 
 class ContactParameter(NamedTuple):
-    """Key of a scene for a parameter of contact laws."""
+    """Key in scenes for a parameter of contact laws."""
 
-    description: str  #: Help of the key.
+    description: str  #: Help text of the key.
     least: float | None = None  #: Smallest value; None for any positive number.
-    most: float | None = None  #: Largest value, if there is a smallest one.
+    most: float | None = None  #: Largest value, if there is a smallest value.
 
 
 CONTACT_PARAMETERS = {
@@ -34,7 +34,7 @@ def laws_with(key: str) -> tuple[str, ...]:
 
 
 def contact_of(name: str | None, given: Mapping[str, Any]) -> ContactLaw:
-    """Return the law with a name, hard for None, with parameters from the keys of a scene."""
+    """Return the named law, or hard for None, with parameters from the keys of a scene."""
     law = CONTACT_LAWS[name or Hard.name]
     known = {law.keys[key]: given[key] for key in law.keys if given.get(key) is not None}
     return law(**known)

@@ -1,4 +1,4 @@
-"""Hard contact: touching bodies exchange momentum at one moment."""
+"""Hard contact: touching bodies exchange momentum instantaneously."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ def no_force(_gap: float, _parameters: NoParameters) -> float:
 
 @dataclass(frozen=True)
 class Hard(ContactLaw):
-    """Contact without overlap: velocities jump when the gap closes."""
+    """Contact without overlap; velocities change instantaneously when the gap closes."""
 
     name = "hard"
     soft = False

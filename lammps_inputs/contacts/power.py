@@ -63,7 +63,7 @@ class PowerContact(ContactLaw):
         return float((power * energy / self.stiffness) ** (1.0 / power))
 
     def lammps_force(self, overlap: str, force: float = 1.0, length: float = 1.0) -> str:
-        """Return K d^q; a whole power continues for a negative overlap, others are 0 there."""
+        """Return K d^q; for a negative overlap, the result is 0 unless q is a whole number."""
         power = f"{overlap}^{lammps_number(self.exponent)}"
         if not is_whole(self.exponent):
             power = f"({overlap}>0.0)*abs{power}"

@@ -1,4 +1,4 @@
-"""Template of a user: its text, its values, and its rendering in a sandbox."""
+"""Template of a user: text and values, and rendering in a sandbox."""
 
 import re
 from collections.abc import Callable
@@ -13,19 +13,19 @@ from chaincor.lammps_inputs.own_templates.rules import check_commands, check_who
 from chaincor.lammps_inputs.small_file import read_small_file
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}", re.ASCII)
-# This pattern matches a number or a plain word, without line ends and without characters that
-# LAMMPS would substitute, split, or read as a comment or a continued line.
+# Pattern of a number or a plain word. It excludes line ends, and characters that LAMMPS would
+# substitute, split, or read as a comment or a continuation.
 _WORD = re.compile(r"[A-Za-z0-9.+-][A-Za-z0-9_.+/-]{0,79}", re.ASCII)
-# Templates of users and of this package are rendered with the same options.
+# Options of rendering for templates of users and of this package.
 RENDERING: dict[str, Any] = {
     "trim_blocks": True,
     "lstrip_blocks": True,
     "keep_trailing_newline": True,
 }
 _BASE = "job.in.j2"
-# All loops and macros of a template may take this many rounds. Nested loops could take days.
+# Largest number of rounds in all loops and macros of a template. Nested loops could run for days.
 _MOST_ROUNDS = 200_000
-# A template states this if its commands exert forces.
+# Statement in a template whose commands exert forces.
 _OTHER_FORCES = re.compile(r"\{%-?\s*set\s+other_forces\s*=\s*true\s*-?%\}")
 _REPORT = re.compile(r"\{%-?\s*block\s+report\b")
 _EXTENDS = re.compile(r"\{%-?\s*extends\b")
@@ -36,7 +36,7 @@ class OwnTemplate:
     """Template that extends ``job.in.j2``, or is a whole script."""
 
     text: str  #: Text of the template.
-    #: Numbers and words for the template besides the job's values, as text.
+    #: Additional values for the template, as text.
     settings: dict[str, str] = field(default_factory=dict)
 
     @classmethod
@@ -58,7 +58,7 @@ class OwnTemplate:
 
     @property
     def other_forces(self) -> bool:
-        """Whether the template says that its commands exert forces on the chain."""
+        """Whether the template states that its commands exert forces on the chain."""
         return _OTHER_FORCES.search(self.text) is not None
 
     @property
@@ -68,17 +68,17 @@ class OwnTemplate:
 
     @property
     def whole(self) -> bool:
-        """Whether the template is a whole script, which extends nothing."""
+        """Whether the template is a whole script, which extends no other template."""
         return _EXTENDS.search(self.text) is None
 
     def render(self, values: dict[str, Any], plain: str | None = None) -> str:
         """
-        Render a whole script, or the job with the template's blocks.
+        Render a whole script, or the job with the blocks of the template.
 
-        `plain` is the job without these blocks. All other commands belong to the template and are
-        checked. Rendering runs in a separate process, with bounded time and memory. Raises
-        SceneError if the template is not jinja2, names an unknown block or value, leaves the
-        sandbox, exceeds the bounds, or has a command that would break the job.
+        `plain` is the job without these blocks. Commands that are not in `plain` come from the
+        template and are checked. Rendering runs in a separate process, with limited time and
+        memory. Raises SceneError if the template is not jinja2, names an unknown block or value,
+        tries to leave the sandbox, exceeds the limits, or has a command that would break the job.
         """
         try:
             return _RENDERED(self, values, plain)
@@ -94,7 +94,8 @@ class OwnTemplate:
         from jinja2.sandbox import ImmutableSandboxedEnvironment
 
         loader = PackageLoader("chaincor.lammps_inputs", "templates")
-        # No escaping is needed: the text is no HTML, and values of users are numbers or words.
+        # No escaping is needed, because the text is not HTML, and values of users are numbers or
+        # words.
         environment = ImmutableSandboxedEnvironment(
             loader=loader, undefined=StrictUndefined, **RENDERING
         )
@@ -164,7 +165,7 @@ _RENDERED = Isolated(OwnTemplate.render_here, seconds=2, megabytes=1000)
 
 
 def parse_settings(given: tuple[str, ...]) -> dict[str, str]:
-    """Split settings ``NAME=VALUE``; raise SceneError if one has no valid name or value."""
+    """Split settings ``NAME=VALUE``; raise SceneError if a name or value is not valid."""
     settings: dict[str, str] = {}
     for text in given:
         name, equals, value = text.partition("=")

@@ -1,4 +1,4 @@
-"""Rules for the commands of users' templates: refusals and warnings."""
+"""Rules for the commands in templates of users: which are refused, and why."""
 
 import re
 from collections import Counter
@@ -8,7 +8,7 @@ from typing import NoReturn
 from chaincor.lammps_inputs.commands import commands_of, words_of
 from chaincor.lammps_inputs.errors import SceneError
 
-# Commands that begin with these words are refused for these reasons.
+# First words of refused commands, with the reasons.
 _REFUSED = {
     "minimize": "it moves the particles without time",
     "run": "time is the loop's; a run of no steps follows and makes known what is defined",
@@ -34,8 +34,8 @@ _REFUSED = {
     "next": "the runs for the error would be lost",
     "velocity": "the chain comes with the velocity of the job",
 }
-# A whole script of a user must not have these commands either. The last rule below applies to its
-# fixes.
+# Commands that are also refused in a whole script. The last of the following rules applies to fixes
+# in a whole script.
 _PROGRAMS = {
     **dict.fromkeys(
         ("shell", "python", "plugin", "geturl", "mdi", "message"), "a job runs LAMMPS alone"
@@ -43,7 +43,7 @@ _PROGRAMS = {
     "include": "a job is complete",
     "partition": "a job has one",
 }
-# Fixes whose styles match these patterns are refused for these reasons.
+# Patterns of the styles of refused fixes, with the reasons.
 _REFUSED_FIXES = [
     (
         r"nve.*|nvt.*|npt.*|nph.*|rigid.*|move|brownian.*|verlet.*",
@@ -91,7 +91,7 @@ def check_commands(text: str, plain: str, *, composed: bool, other_forces: bool)
 
 
 def check_whole(text: str) -> None:
-    """Raise SceneError if a command of a script would do more than run LAMMPS."""
+    """Raise SceneError if a script has a command that does more than run LAMMPS."""
     commands = commands_of(text)
     if not any(command.split()[0] == "run" for command in commands):
         raise SceneError(
@@ -158,10 +158,9 @@ def _refuse(command: str, reason: str) -> NoReturn:
 
 def _with_quoted(commands: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
     """
-    Yield commands and their words, including commands quoted in an `if` or in a `run ... every`.
+    Yield commands and their words, also those quoted in an `if` or in a `run ... every`.
 
-    Words are split as LAMMPS does, because LAMMPS would otherwise run commands that were not
-    checked.
+    Words are split like in LAMMPS. Otherwise LAMMPS might run commands that were not checked.
     """
     for command in commands:
         if not (command.isascii() and command.isprintable()):

@@ -11,9 +11,11 @@ if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
 _HERTZ = 1.5
-# A damped column in LAMMPS may have this many masses, because each pair needs a line.
+# Largest number of different masses in a damped column in LAMMPS. Each pair of masses requires a
+# command.
 _MOST_MASSES = 20
-# LAMMPS's granular styles support the first numerics, and fixed steps the second.
+# The first keys have the only numerics that LAMMPS's granular styles support. Runs at fixed steps
+# accept the second keys.
 _GRANULAR = {"wall": "event", "scheme": "verlet", "table": None, "table_points": None}
 _STEPS = (*_GRANULAR, "timestep")
 
@@ -59,7 +61,7 @@ def check_beads(scene: "Scene") -> Iterator[str]:
 
 
 def granular_refusal(problem: Problem) -> str | None:
-    """Return the reason why `pair_style granular` cannot run a column; None if it can."""
+    """Explain why `pair_style granular` cannot simulate a column; None if it can."""
     exponent, contact = dict(problem.bond.as_keys())["hertz_exponent"], problem.line.contact
     other = None if exponent == _HERTZ else f"hertz_exponent is {exponent:g}"
     if other is None and contact.soft and not contact.is_hertzian:

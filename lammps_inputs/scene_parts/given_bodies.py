@@ -1,4 +1,4 @@
-"""Bodies of a scene: masses, target, contact and initial state, as a `Line` of particles."""
+"""Make the `Line` of particles from a scene's masses, target, contact and initial state."""
 
 import hashlib
 import math
@@ -15,7 +15,7 @@ from chaincor.lammps_inputs.thermal_state import DEFAULT_SEED, draw
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
-# Longer periods of masses are identified by a hash.
+# Longer lists of masses are identified by a hash.
 _LONGEST_LIST = 64
 
 
@@ -77,7 +77,7 @@ def given_bodies(scene: "Scene") -> dict[str, Any]:
 
 
 def body_fields(scene: "Scene") -> dict[str, Any]:
-    """Return the canonical fields of the bodies, as JSON; equal bodies have equal fields."""
+    """Return canonical fields of the bodies, as JSON; equal bodies have equal fields."""
     line = scene.line
     if line.is_standard:
         return {}
@@ -101,7 +101,7 @@ def body_fields(scene: "Scene") -> dict[str, Any]:
 
 
 def _period(masses: Array) -> list[float] | str:
-    """Return the shortest list that repeats to the masses, or their hash if it is long."""
+    """Return the shortest list whose repetition gives the masses, or a hash of a long list."""
     for period in range(1, min(len(masses), _LONGEST_LIST) + 1):
         if np.array_equal(masses[period:], masses[:-period]):
             return [float(mass) for mass in masses[:period]]

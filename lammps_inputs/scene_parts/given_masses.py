@@ -1,4 +1,4 @@
-"""Masses as users give them: a number, a list, a text, or a file."""
+"""Read masses that users give as a number, a list, a text, or a file."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Identity of scenes: the canonical form of their fields, and its hash."""
+"""Identity of scenes: the canonical form of their fields, and a hash of this form."""
 
 import hashlib
 import json
@@ -15,18 +15,17 @@ if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
 DEFAULT_TOLERANCE = 1e-6
-# A line shows at most this many masses in full.
+# Largest number of masses that are shown in full.
 _MOST_SHOWN = 8
-# All calls share one encoder of canonical JSON, because creating an encoder takes as long as using
-# it.
+# Encoder of canonical JSON for all calls, because creating an encoder takes as long as using it.
 canonical_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
 
 
 def canonical_fields(scene: "Scene") -> dict[str, Any]:
     """
-    Return all fields that decide the result, in canonical form for JSON.
+    Return all fields that determine the result, in canonical form for JSON.
 
-    Paths of outputs are left out. Defaults are written as if they were given.
+    Paths of outputs are omitted. Defaults are included.
     """
     defaults = {"potential": scene.label, "particles": scene.particles, "engine": scene.engine}
     otherwise = (*OUTPUT_KEYS, *BODY_KEYS, "speed")
@@ -40,13 +39,13 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
     if not scene.explicit and scene.tolerance is None:
         fields["tolerance"] = DEFAULT_TOLERANCE
     if scene.explicit and not scene.error:
-        # results of explicit numerics have no error bar and need their own rows
+        # results with explicit numerics have no error bar and are stored separately
         fields["error"] = False
     return fields
 
 
 def plain_fields(scene: "Scene") -> dict[str, Any]:
-    """Return the given fields in types of TOML and JSON, with paths as text."""
+    """Return the given fields as types of TOML and JSON; paths become text."""
     given = scene.model_fields_set
     return {
         key: _plain(value)
@@ -57,9 +56,9 @@ def plain_fields(scene: "Scene") -> dict[str, Any]:
 
 def shown_fields(scene: "Scene") -> dict[str, Any]:
     """
-    Return the given fields and the defaults that decide the collision.
+    Return the given fields, and the defaults that determine the collision.
 
-    As keywords they make the same scene, except if there are too many masses to show.
+    Used as keywords, these fields make the same scene, unless there are too many masses to show.
     """
     given = plain_fields(scene)
     fields: dict[str, Any] = {"potential": scene.potential, "particles": scene.particles}
@@ -96,7 +95,7 @@ def _force_digest(bond: Potential) -> str:
     strains = np.linspace(max(-0.5, 0.9 * bond.strain_min), min(0.5, 0.9 * bond.strain_max), 101)
     forces = np.array(bond.force(strains), dtype=float)
     forces[np.abs(forces) < 1e-12 * bond.stiffness] = 0.0
-    # The text has ten digits, because the last of 17 digits and the rounding of zeros depend on the
-    # processor.
+    # Ten digits are hashed, because the last of 17 digits depends on the processor. Rounding errors
+    # of zeros were removed for the same reason.
     text = " ".join(f"{force:.9e}" for force in forces)
     return hashlib.sha256(text.encode()).hexdigest()[:16]

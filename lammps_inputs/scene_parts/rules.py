@@ -24,21 +24,21 @@ if TYPE_CHECKING:
 VERLET_STABILITY_LIMIT = 2.0
 
 LARGEST_MASS_RATIO = 1e12
-# Energies of larger masses can overflow.
+# With larger masses, energies can overflow.
 LARGEST_MASS = 1e30
 
-# Warm bodies need at least this impact velocity, in units of sqrt(T). They start tens of bond
-# lengths apart, and would otherwise take too long to touch.
+# Warm bodies need at least this impact velocity, in units of sqrt(T). Warm bodies start tens of
+# bond lengths apart, and slower bodies would take too long to touch.
 SLOWEST_APPROACH = 1e-4
 
-# The stiffness of contacts must lie between 1/LARGEST_STIFFNESS and this value, because times would
-# overflow otherwise.
+# The stiffness of contacts must lie between 1/LARGEST_STIFFNESS and LARGEST_STIFFNESS, because
+# times would otherwise overflow.
 LARGEST_STIFFNESS = 1e100
 # With shorter steps, even the smallest collision would take days, and rounding would dominate.
 SHORTEST_TIMESTEP = 1e-9
 
 
-# Some keys show that a file belongs to another command.
+# Keys of files for other commands, and the message about such a file.
 _SWEEP_FILE = "this is the file of a sweep. Give the file of a scene, or run `chaincor sweep FILE`"
 _OTHER_FILES = {
     "scene": _SWEEP_FILE,
@@ -48,17 +48,18 @@ _OTHER_FILES = {
     ),
 }
 
-# A message lists at most this many mistakes. The first mistakes are enough to correct a scene.
+# Largest number of mistakes in a message.
 _MOST_MISTAKES = 20
 
 
 def scene_error(error: "ValidationError", known: Iterable[str]) -> SceneError:
-    """Return the first mistakes of a scene, one line each; `known` are the keys it may have."""
+    """Return the first mistakes in a scene, one per line; `known` are all keys of scenes."""
     lines: dict[Any, str] = {}
     for problem in error.errors():
         if len(lines) == _MOST_MISTAKES:
             break
-        # A field of two possible types gives two problems, and the first is enough.
+        # pydantic reports two problems for a field with two possible types. The first is
+        # sufficient.
         key = problem["loc"][0] if problem["loc"] else problem["msg"]
         lines.setdefault(key, _one_line(problem, tuple(known)))
     return SceneError.of(list(lines.values()))
@@ -85,7 +86,7 @@ def _one_line(problem: Any, known: Sequence[str]) -> str:
 
 def check_together(scene: "Scene") -> None:
     """
-    Refuse combinations of fields that are valid separately but not together.
+    Refuse fields that are valid separately but not in combination.
 
     Raises SceneError with one line for each mistake.
     """
@@ -101,7 +102,7 @@ def check_together(scene: "Scene") -> None:
         except (ChaincorError, ValueError, TypeError, LookupError):
             if not mistakes:
                 raise
-            # After an earlier mistake, a failing check is only its consequence.
+            # If there was an earlier mistake, an error in a check is only its consequence.
     if mistakes:
         raise SceneError.of(list(mistakes))
 
@@ -113,7 +114,7 @@ def _check_parameters(scene: "Scene") -> Iterator[str]:
             yield (f"{key} goes with potential '{BOND_KEYS[key]}', not '{scene.label}'")
     if isinstance(scene.potential, str) and (missing := missing_keys(scene.potential, given)):
         yield (f"potential '{scene.potential}' needs {missing}")
-    _ = scene.bond  # making the bond raises an error for impossible parameters
+    _ = scene.bond  # this raises an error if the bond has impossible parameters
 
 
 def _check_bodies(scene: "Scene") -> Iterator[str]:
@@ -233,7 +234,7 @@ def _check_warmth(scene: "Scene") -> Iterator[str]:
     for key in ("initial", "compression"):
         if getattr(scene, key) is not None:
             yield (f"temperature and {key} both define the initial state. Drop one")
-    # the distribution raises an error if there is no equilibrium
+    # this raises an error if there is no equilibrium
     bond_distribution(scene.bond, scene.temperature)
     slowest = SLOWEST_APPROACH * scene.temperature**0.5
     if not slowest < scene.impact_velocity:

@@ -1,4 +1,4 @@
-"""Keys of a scene: type, default, description, group, and the keys that each one excludes."""
+"""Keys of a scene, with type, default, description and group, and the keys that they exclude."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,7 +32,7 @@ def _without_null_characters(value: Path) -> Path:
 
 
 ToleranceNumber = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False), IsNumber]
-# Roots and quotients of smaller temperatures underflow or overflow.
+# At lower temperatures, roots and quotients underflow or overflow.
 Temperature = Annotated[PositiveNumber, at_least(1e-290)]
 Compression = Annotated[float, Field(gt=-1, lt=1), IsNumber]
 ParticleCount = Annotated[int, Field(ge=1, le=10_000_000), IsCount]
@@ -50,7 +50,7 @@ FilePath = Annotated[Path, AfterValidator(_without_null_characters)]
 
 @dataclass(frozen=True)
 class Excludes:
-    """Annotation of a key with the keys that contradict it."""
+    """Annotation of a key with the keys that it excludes."""
 
     keys: tuple[str, ...]  #: Keys of the same scene.
 
@@ -191,7 +191,7 @@ class SceneFields(
 
 
 def keys_of(*groups: type[BaseModel]) -> tuple[str, ...]:
-    """Return the keys that some classes declare, in their order."""
+    """Return the keys that some classes declare, in order of declaration."""
     return tuple(key for group in groups for key in group.model_fields)
 
 
@@ -200,7 +200,7 @@ def _keys_with(kind: Any) -> tuple[str, ...]:
     return tuple(key for key, field in fields if kind in get_args(field.annotation))
 
 
-# Options are shown in groups with these titles and keys.
+# Groups of options in the help, with titles and keys.
 GROUPS: dict[str, tuple[str, ...]] = {
     "What collides": keys_of(ChainKeys),
     "Bodies that are more than a cold chain of equal masses and a hard wall": keys_of(
@@ -215,8 +215,7 @@ BODY_KEYS = keys_of(TargetKeys, ContactKeys, StateKeys)
 FILE_KEYS = keys_of(FileKeys)
 OUTPUT_KEYS = (*FILE_KEYS, "error")
 NUMERICS_KEYS = tuple(key for key in keys_of(NumericsKeys) if key != "error")
-# The values of the first keys are files to read; the values of the second may also be lists of
-# numbers.
+# Keys whose values are files to read. Values of MASSES_READ may also be lists of numbers.
 FILES_READ = tuple(key for key in _keys_with(FilePath) if key not in FILE_KEYS)
 MASSES_READ = _keys_with(Masses)
 
@@ -231,5 +230,5 @@ def _excluded() -> dict[str, tuple[str, ...]]:
     return found
 
 
-# Each key is listed with the keys that it excludes or that exclude it.
+# For each key, the keys that cannot be given together with it.
 EXCLUDED = _excluded()

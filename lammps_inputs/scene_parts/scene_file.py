@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.toml_text import parse_toml
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
-# A scene file may have this many bytes. Longer lists belong in separate files.
+# Largest size of a scene file, in bytes. Longer lists belong in separate files.
 _LARGEST = 100_000_000
 
 
@@ -20,7 +20,7 @@ def read_scene_fields(path: Path | str) -> dict[str, Any]:
     """
     Read the fields of a TOML scene file, without validation.
 
-    Relative paths in `FILES_READ` and `MASSES_READ` start from the folder of the scene file. Raises
+    Paths in `FILES_READ` and `MASSES_READ` are relative to the folder of the scene file. Raises
     SceneError if the file cannot be read.
     """
     path = Path(path)
@@ -35,7 +35,7 @@ def read_scene_fields(path: Path | str) -> dict[str, Any]:
 
 
 def from_folder(fields: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Return fields with relative paths of files to read resolved from a folder."""
+    """Return fields in which relative paths of files to read are resolved from a folder."""
     found = dict(fields)
     for key, value in fields.items():
         if not isinstance(value, str):
@@ -46,6 +46,6 @@ def from_folder(fields: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def read_from_anywhere(scene: "Scene") -> "Scene":
-    """Return a scene with absolute paths of the files it reads, which can be saved anywhere."""
+    """Return a scene with absolute paths of the files to read. It can be saved in any folder."""
     paths = {key: path.resolve() for key in FILES_READ if (path := getattr(scene, key)) is not None}
     return scene.replace(**paths)

@@ -1,1 +1,1 @@
-"""Units of users, besides the units of the chain."""
+"""Units that users choose instead of the chain's units."""

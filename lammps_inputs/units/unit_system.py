@@ -1,4 +1,4 @@
-"""Units of LAMMPS's styles, in which natural length, mass and stiffness differ from 1."""
+"""Units in LAMMPS's styles, in which natural length, mass and stiffness are not 1."""
 
 import math
 import sys
@@ -12,8 +12,8 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.small_file import read_small_file, why_unreadable
 from chaincor.lammps_inputs.toml_text import parse_toml
 
-# This factor turns mass times velocity squared into energy in the units of a style; LAMMPS calls it
-# mvv2e (update.cpp). The units are eV, g/mol and Angstrom/ps for metal, and kcal/mol, g/mol and
+# Factor from mass times velocity squared to energy, in the units of a style; LAMMPS calls it mvv2e
+# (update.cpp). The units are eV, g/mol and Angstrom/ps for metal, and kcal/mol, g/mol and
 # Angstrom/fs for real.
 _ENERGY_OF_MOTION = {"metal": 1.0364269e-4, "real": 48.88821291**2, "si": 1.0, "lj": 1.0}
 UNITS_FILE = "units.toml"
@@ -27,12 +27,14 @@ class UnitSystem:
 
     length: float = 1.0  #: Natural length of a bond.
     mass: float = 1.0  #: Mass of a particle.
-    stiffness: float = 1.0  #: U'' of a bond at rest, energy over length squared.
+    stiffness: float = (
+        1.0  #: U'' of a bond at its natural length, an energy divided by a squared length.
+    )
     style: str = "lj"  #: LAMMPS style: ``metal``, ``real``, ``si`` or ``lj``.
 
     @classmethod
     def from_fields(cls, fields: Any) -> "UnitSystem":
-        """Return the units of a table ``[units]``; raise SceneError for a faulty table."""
+        """Return the units in a table ``[units]``; raise SceneError for a faulty table."""
         keys = ("length", "mass", "stiffness", "style")
         given = set(fields) if isinstance(fields, dict) else set()
         if given != set(keys):
@@ -86,12 +88,12 @@ class UnitSystem:
 
     @property
     def force_to_acceleration(self) -> float:
-        """Factor from force over mass to acceleration in units of the style, LAMMPS's ftm2v."""
+        """Factor from force/mass to acceleration in units of the style; LAMMPS calls it ftm2v."""
         return 1.0 / _ENERGY_OF_MOTION[self.style]
 
     @property
     def time(self) -> float:
-        """Unit of time of the chain, 1/omega of one mass at one bond."""
+        """Unit of time of the chain, 1/omega of one mass on one bond."""
         return math.sqrt(_ENERGY_OF_MOTION[self.style] * self.mass / self.stiffness)
 
     @property
@@ -115,7 +117,7 @@ class UnitSystem:
         return asdict(self) | derived
 
     def to_toml(self) -> str:
-        """Return the text of the units file of a job."""
+        """Return the text of a job's file ``units.toml``."""
         return tomli_w.dumps({"units": asdict(self)})
 
 
