@@ -10,8 +10,8 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.table_rows import spline_through
 from chaincor.lammps_inputs.bonds.table_text import Section
 from chaincor.lammps_inputs.errors import InputError, TableError
-from chaincor.workflows.tables.causes import cause_of_error
 from chaincor.workflows.tables.faults import TOLERANCE, contradictions, other_faults
+from chaincor.workflows.tables.interpolation_causes import cause_of_error
 from chaincor.workflows.tables.judge import Errors, Judge, judged_range, last_row
 from chaincor.workflows.tables.lammps_curve import Style, TableData, TableKind
 from chaincor.workflows.tables.reading import (

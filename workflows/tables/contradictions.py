@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array, Mask
-from chaincor.workflows.tables.causes import TableFaultCause, rounded_lengths
+from chaincor.workflows.tables.interpolation_causes import TableFaultCause, rounded_lengths
 from chaincor.workflows.tables.judge import Judge
 from chaincor.workflows.tables.lammps_curve import TableData
 

@@ -5,8 +5,8 @@ import numpy as np
 from chaincor.lammps_inputs.bonds.table_checks import fault_of_slopes
 from chaincor.lammps_inputs.bonds.table_rows import BondRows, spline_through
 from chaincor.lammps_inputs.bonds.table_text import Section
-from chaincor.workflows.tables.causes import TableFaultCause
 from chaincor.workflows.tables.contradictions import cause_of_contradiction
+from chaincor.workflows.tables.interpolation_causes import TableFaultCause
 from chaincor.workflows.tables.judge import Errors, Judge, last_row
 from chaincor.workflows.tables.reading import with_lengths_of_header
 from chaincor.workflows.tables.report import TableReport, sentence
