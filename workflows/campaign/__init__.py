@@ -1,1 +1,1 @@
-"""Carry out many collisions: tasks, workers, and stores for the results."""
+"""Carry out many collisions: divide them into tasks for workers, and store the results."""

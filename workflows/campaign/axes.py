@@ -1,4 +1,4 @@
-"""Axes of a sweep, with the fields that each value sets."""
+"""Define the axes of a sweep, and the fields of a scene that each of their values sets."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,12 +7,12 @@ import numpy as np
 
 Axis = Sequence[Mapping[str, Any]]
 
-# Longer ranges are computed value by value instead of being kept: 8 bytes a value.
+# Values of longer ranges are computed on request, because each value in memory takes 8 bytes.
 _MOST_KEPT = 1_000_000
 
 
 class ValuesAxis(Sequence[Mapping[str, Any]]):
-    """Axis of one field, over a sequence of values that may be computed on request."""
+    """Axis of one field, with a sequence of values that may be computed on request."""
 
     def __init__(self, name: str, values: Sequence[Any]) -> None:
         self.name, self._values = name, values
@@ -27,7 +27,7 @@ class ValuesAxis(Sequence[Mapping[str, Any]]):
 
 
 class ZippedAxis(Sequence[Mapping[str, Any]]):
-    """Equally long axes that move together."""
+    """Axes of equal length whose values combine only at equal positions."""
 
     def __init__(self, axes: Sequence[Axis]) -> None:
         self._axes = axes
@@ -43,10 +43,10 @@ class ZippedAxis(Sequence[Mapping[str, Any]]):
 
 class Spaced(Sequence[float]):
     """
-    Numbers at equal distances, or at equal ratios, computed on request.
+    Numbers with equal differences or equal ratios, computed on request.
 
-    The numbers are ``first + k * step``, or 10 to this power. With `last`, the last number is
-    exactly this one.
+    The numbers are ``first + k * step``, or 10 to this power. If `last` is given, the last number
+    is exactly `last`.
     """
 
     def __init__(
@@ -71,9 +71,9 @@ class Spaced(Sequence[float]):
 
 def spaced(first: float, last: float, count: int, *, log: bool) -> Sequence[float]:
     """
-    Return numbers from `first` to `last`, both included, rounded as NumPy does if they are listed.
+    Return numbers with equal differences or ratios, from `first` to `last` inclusive.
 
-    Long ranges are computed on request.
+    Short ranges are listed and rounded as in NumPy. Values of long ranges are computed on request.
     """
     if count <= _MOST_KEPT:
         space = np.geomspace if log else np.linspace
@@ -83,12 +83,12 @@ def spaced(first: float, last: float, count: int, *, log: bool) -> Sequence[floa
 
 
 def merged(*parts: Mapping[str, Any]) -> dict[str, Any]:
-    """Join the fields that several axes set."""
+    """Join the fields that the values of several axes set."""
     return {key: value for part in parts for key, value in part.items()}
 
 
 def fields_of(axis: Axis) -> list[str]:
-    """Return the keys that values of an axis set, each once, in the order of their first use."""
+    """Return the fields that values of an axis set, each once, in the order of their first use."""
     if isinstance(axis, ValuesAxis):
         return [axis.name]
     return list(dict.fromkeys(key for entry in axis for key in entry))

@@ -1,4 +1,4 @@
-"""Carry out many collisions: send tasks to workers, and results to a callback."""
+"""Carry out many collisions: send tasks to workers, and pass results to a callback."""
 
 import itertools
 import queue
@@ -15,13 +15,13 @@ from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import PointProgress
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 
-# A full disk or lack of memory fails only the collision that meets it.
+# If the disk is full or memory is lacking, only the collision that needs it fails.
 MACHINE_FAILURES = (OSError, MemoryError)
-# Each worker has one running task and one submitted task, which begins without a delay.
+# Each worker has one running task and one waiting task, which begins without a delay.
 TASKS_PER_WORKER = 2
 # Seconds that new processes need to start.
 SOONER_HERE = 3.0
-# Seconds between two checks of tasks that workers still prepare.
+# Seconds between two checks whether workers have prepared the next task.
 _LOOK_SECONDS = 0.02
 
 
@@ -30,11 +30,12 @@ class CollisionRequest(NamedTuple):
 
     place: int  #: Index among all requested collisions.
     scene: Scene | Point  #: Scene of the collision, or the point of a sweep that describes it.
-    cost: float  #: Expected seconds.
+    cost: float  #: Expected time, in seconds.
     kind: Hashable = (
-        None  #: Equal for collisions that one batch can hold; None if there is no batch.
+        #: Equal for collisions that can be computed in one batch; None if no batch is possible.
+        None
     )
-    collision_sha256: str = ""  #: Key in a store; empty without a store.
+    collision_sha256: str = ""  #: Key of the row in a store; empty without a store.
     asked_tolerance: float | None = None  #: Tolerance of eta; None with explicit numerics.
     particles: int = 0  #: Number of particles of the chain.
 
@@ -59,18 +60,20 @@ def carry_out(
     advance: PointProgress = lambda *_: None,
 ) -> None:
     """
-    Carry out collisions in the order of their tasks, which are made as they are needed.
+    Carry out collisions in the order of their tasks, which are created when needed.
 
-    The executor has `in_flight` tasks at a time; an error shuts it down at once. `take` gets all
-    results that have come since its last call, and the finished ones after an interrupt. An error
-    of `take` ends everything. `is_wanted` says which collisions are still wanted just before their
-    task is submitted. `advance` gets the expected seconds and the number of finished collisions.
-    Collisions that their task did not settle are carried out next, one by one. A task that is None
-    says that workers still prepare the next one.
+    At most `in_flight` tasks are submitted at a time. If `tasks` yields None, workers still prepare
+    the next task. Just before a task is submitted, `is_wanted` tells which of its collisions are
+    still wanted. If a task leaves collisions without result or error, they are carried out next,
+    one by one.
 
-    Raises every error that is no named failure of a collision: errors of the program, of a user's
-    own bond, of `take`. Raises SchedulerError, MissingLibraryError or WorkerStartError if no
-    further collision can be carried out.
+    `take` is called with all results that have arrived since its last call, also after an
+    interrupt. `advance` is called with the expected seconds and the number of finished collisions.
+    An error, including one in `take`, shuts the executor down at once.
+
+    Named failures of a collision are results. All other errors are raised: those of the program, of
+    a user's own bond, and of `take`. Raise SchedulerError, MissingLibraryError or WorkerStartError
+    if no further collision can be carried out.
     """
     source, again = iter(tasks), deque[Task]()
     pending: dict[Future, Task] = {}
@@ -94,7 +97,8 @@ def carry_out(
             for future in ended:
                 found, unsettled = _ended(future, pending[future])
                 done += found
-                again.extendleft(unsettled)  # long collisions should not come last
+                # computed next, because long collisions should not come last
+                again.extendleft(unsettled)
             take(done)
             for future in ended:
                 del pending[future]
@@ -123,7 +127,11 @@ def _still_wanted(
 def _ended_by_now(
     over: "queue.SimpleQueue[Future]", pending: dict[Future, Task], preparing: bool
 ) -> list[Future]:
-    """Return the tasks that are over; waits for one, or only for a moment if tasks are prepared."""
+    """
+    Return the tasks that have ended, after waiting for one.
+
+    If workers still prepare tasks, wait only for a moment.
+    """
     ended: list[Future] = []
     try:
         if pending or preparing:
@@ -135,7 +143,7 @@ def _ended_by_now(
 
 
 def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:
-    """Return the results of a task, and its unsettled collisions."""
+    """Return the results of a task, and its collisions that must be computed again, alone."""
     try:
         found = future.result()
     except CancelledError:
@@ -149,7 +157,8 @@ def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:
             "executor: finished results are in the store, if there is one"
         ) from None
     except (WorkerDiedError, *MACHINE_FAILURES) as error:
-        # If the task has several collisions, the failing one reports the error when it runs alone.
+        # If the task has several collisions, each runs again alone, and the failing one reports its
+        # error.
         found = [error if len(task) == 1 else None] * len(task)
     pairs = list(zip(task, found, strict=True))
     unsettled = [[asked] for asked, each in pairs if each is None]
@@ -171,7 +180,11 @@ class SerialExecutor(Executor):
 
 @contextmanager
 def workers_for(tasks: Sequence[Task], workers: int) -> Iterator[tuple[Executor, int]]:
-    """Yield an executor and its number of tasks at a time; processes if they save time."""
+    """
+    Yield an executor and its number of tasks at a time.
+
+    The executor has processes only if these save time.
+    """
     if workers < 2 or sum(asked.cost for task in tasks for asked in task) < SOONER_HERE:
         yield SerialExecutor(), 1
         return

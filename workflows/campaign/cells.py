@@ -1,4 +1,4 @@
-"""Order of the collisions of a sweep, and its division into parts for job arrays."""
+"""Order the collisions of a sweep, and divide the sweep into parts for job arrays."""
 
 import bisect
 import itertools
@@ -12,9 +12,9 @@ from chaincor.workflows.campaign.axes import Axis, ValuesAxis, fields_of
 from chaincor.workflows.campaign.points import Point, SweepPoints
 from chaincor.workflows.errors import SweepError
 
-# Number of cells that are made at a time; a process describes them in some seconds.
+# Number of cells that are created at a time. A process needs some seconds to describe them.
 WINDOW = 8192
-# Odd numbers that scatter the bits of an index.
+# Multiplication by these odd numbers scatters the bits of an index.
 _ROUNDS = (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB, 0xD6E8FEB86659FD93)
 _WORD = (1 << 64) - 1
 
@@ -24,10 +24,11 @@ class _Digit:
     """
     Distinct values of one axis.
 
-    Values that differ only in their tolerance belong to one collision, and so do equal values.
+    Values that are equal, or differ only in their tolerance, belong to the same collision.
     """
 
-    members: Sequence[Sequence[int]] | None  #: Indices of equal values; None if all values differ.
+    #: For each distinct value, the indices at which it occurs; None if all values differ.
+    members: Sequence[Sequence[int]] | None
     size: int  #: Number of distinct values.
 
     @classmethod
@@ -46,14 +47,15 @@ class _Digit:
 
 class Cells:
     """
-    Collisions of a sweep, or of one of several disjoint parts of it, in the order of their work.
+    Collisions of a sweep, or of one part of a sweep, in the order in which they are computed.
 
-    A cell holds the points that share a row of a store: they differ only in their tolerance. Cells
-    are numbered; their points are computed on request. Chains of one length follow each other, and
-    are scattered over the other axes by a fixed permutation. So parts have equally many chains of
-    each length, take about equally long, and are the same on every machine.
+    A cell contains the points that share a row of a store because they differ only in their
+    tolerance. Cells are numbered, and their points are created on request. Chains of one length
+    follow each other, and a fixed permutation scatters them over the other axes. All parts
+    therefore have equally many chains of each length and take about equally long. They are the same
+    on every machine.
 
-    Raises SweepError if there is no part `number` of `count`.
+    Raise SweepError if part `number` of `count` does not exist.
     """
 
     def __init__(self, points: SweepPoints, number: int = 1, count: int = 1) -> None:
@@ -72,7 +74,7 @@ class Cells:
         self._starts = [0, *itertools.accumulate(sizes)]
 
     def _values_of_lengths(self) -> list[list[int]]:
-        """Return, for each length of a chain, the values of its axis that give it."""
+        """Return, for each chain length, the values on its axis that give this length."""
         if self._slowest is None:
             return [[0]]
         group, digit = self.points.groups[self._slowest], self._digits[self._slowest]
@@ -87,7 +89,7 @@ class Cells:
 
     @property
     def number_of_points(self) -> int:
-        """Number of points; a mean in a large part, if cells hold different numbers of them."""
+        """Number of points. For a large part, it is estimated from the mean number per cell."""
         if self._parts == 1:
             return len(self.points)
         if len(self) <= WINDOW:
@@ -95,7 +97,7 @@ class Cells:
         return round(len(self) * len(self.points) / self._starts[-1])
 
     def __getitem__(self, place: int) -> list[int]:
-        """Return the numbers of the points of a cell, in their order."""
+        """Return the numbers of the points in a cell."""
         rank = range(self._part, self._starts[-1], self._parts)[place]
         block = bisect.bisect_right(self._starts, rank) - 1
         values = self._blocks[block]
@@ -114,16 +116,16 @@ class Cells:
         return numbers
 
     def numbers(self, first: int, last: int) -> list[int]:
-        """Return the numbers of the points of some cells."""
+        """Return the numbers of the points in the cells from `first` up to `last`."""
         return [number for place in range(first, min(last, len(self))) for number in self[place]]
 
     def first_scenes(self, count: int) -> list[Scene]:
-        """Return the first points of the sweep, or of the first cells of a part."""
+        """Return the first points of the sweep, or the points in the first cells of a part."""
         numbers = range(len(self.points))[:count]
         return [self.points[k] for k in (numbers if self._parts == 1 else self.numbers(0, count))]
 
     def windows(self) -> Iterator[list[Point]]:
-        """Yield the points of the cells, a window at a time, long chains first."""
+        """Yield the points of WINDOW cells at a time, with long chains first."""
         last = len(self)
         while last > 0:
             first = max(last - WINDOW, 0)
@@ -133,12 +135,12 @@ class Cells:
 
 def scattered(index: int, size: int, block: int = 0) -> int:
     """
-    Return the place of an index in a fixed pseudo-random permutation of ``range(size)``.
+    Return the position of an index in a fixed pseudo-random permutation of ``range(size)``.
 
-    Each `block` has a permutation of its own, so that short blocks are not dealt out alike.
+    Each `block` has its own permutation. Otherwise short blocks would be divided among parts alike.
 
-    Four rounds of a Feistel network permute a power of four. They are repeated until the place is
-    in the range.
+    Four rounds of a Feistel network permute a range whose size is a power of four. The rounds are
+    repeated until the position lies in ``range(size)``.
     """
     half = (max(size - 1, 1).bit_length() + 1) // 2
     mask = (1 << half) - 1

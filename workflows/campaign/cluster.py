@@ -1,4 +1,4 @@
-"""Dask cluster as an executor, which runs tasks on other machines."""
+"""Run tasks on the workers of a Dask cluster."""
 
 import contextlib
 import importlib.metadata
@@ -17,30 +17,30 @@ from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 from chaincor.workflows.versions import version_of
 
 _CONNECT_SECONDS = 10.0
-# A scheduler that does not answer for longer than this is lost.
+# A scheduler counts as lost if it does not answer for longer than this.
 _PATIENCE_SECONDS = 5.0
-# The scheduler drops the tasks of a client that has left, so this client waits only this long.
+# When a client leaves, the scheduler drops its tasks, so the client waits only this long for them.
 _LEAVE_SECONDS = 1.0
-# Seconds between two messages that the scheduler still has no workers.
+# Seconds between two messages that the scheduler has no workers.
 _REPORT_SECONDS = 60.0
 # Seconds between two counts of the workers.
 _COUNT_SECONDS = 2.0
-# Each worker has one running task and one submitted task, which begins without a delay. More
-# submitted tasks would leave less work for another sweep on the same store.
+# Each worker has one running task and one waiting task, which begins without a delay. More waiting
+# tasks would leave less work for another sweep on the same store.
 _TASKS_PER_CORE = 2
 _ADDRESS = re.compile(r"(?:tcp|tls|ucx|ws|wss)://(?:\[[^\]]+\]|[^/:\s]+):\d+")
-# Dask, Tornado and asyncio log tracebacks of connections that are lost. This module reports a lost
-# connection in one line.
+# Dask, Tornado and asyncio log tracebacks when a connection is lost. This module reports a lost
+# connection in one line instead.
 _NOISY_LOGGERS = ("distributed", "tornado", "asyncio")
 
 
 class DaskCluster(Executor):
     """
-    An executor whose tasks run on the workers of a Dask scheduler, such as ``tcp://host:8786``.
+    Executor that runs tasks on the workers of a Dask scheduler, such as ``tcp://host:8786``.
 
-    Waits for the first worker and reports the waiting each minute. Raises InputError if the address
-    has another form, and SchedulerError if Dask is not installed, if the scheduler does not answer,
-    or if a worker has no chaincor or another version of it.
+    Creation waits for the first worker, and reports each minute that it waits. Raise InputError if
+    the address has another form. Raise SchedulerError if Dask is not installed, if the scheduler
+    does not answer, or if a worker lacks chaincor or has another version of it.
     """
 
     def __init__(self, address: str) -> None:
@@ -48,7 +48,7 @@ class DaskCluster(Executor):
 
     @classmethod
     def of(cls, client: Any) -> Self:
-        """Return the cluster of a user's client, which stays open."""
+        """Return an executor for a user's client, which stays open afterwards."""
         cluster = cls.__new__(cls)
         cluster._follow(client, client.scheduler.address, own=False)
         return cluster
@@ -71,7 +71,7 @@ class DaskCluster(Executor):
 
     def _wait_for_workers(self) -> None:
         """Wait until the scheduler has a worker."""
-        # An adaptive cluster starts workers only if there are tasks.
+        # An adaptive cluster starts workers only when it has tasks.
         _task = self._client.submit(abs, -1, pure=False)
         while not self._client.ncores():
             if self._client.status != "running":
@@ -81,7 +81,7 @@ class DaskCluster(Executor):
         self._reported = math.inf
 
     def _report_waiting(self) -> None:
-        """Report each minute that the scheduler has no workers, the first time after a while."""
+        """Report each minute that the scheduler has no workers; the first report is delayed."""
         now = time.monotonic()
         if self._reported == math.inf:
             self._reported = now - _REPORT_SECONDS + _PATIENCE_SECONDS
@@ -95,9 +95,10 @@ class DaskCluster(Executor):
         )
 
     def _compare_versions(self) -> None:
-        """Raise SchedulerError if a worker has no chaincor, or another version than this client."""
+        """Raise SchedulerError if a worker lacks chaincor or has another version of it."""
         own = version_of("chaincor")
-        # A function of the standard library: workers without chaincor cannot load one of chaincor.
+        # This function is from the standard library, because workers without chaincor could not
+        # load one of its functions.
         asked = self._client.run(importlib.metadata.version, "chaincor", on_error="return")
         for worker, version in sorted(asked.items()):
             if isinstance(version, Exception):
@@ -112,20 +113,20 @@ class DaskCluster(Executor):
                 )
 
     def in_flight(self) -> int:
-        """Return the number of tasks that are submitted at a time; workers come and go."""
+        """Return the number of tasks to submit at a time, from the present number of workers."""
         now = time.monotonic()
         if now - self._counted >= _COUNT_SECONDS:
             self._counted = now
-            # The watch reports a lost scheduler, and fails all pending tasks.
+            # _watch_scheduler reports a lost scheduler, and fails all pending tasks.
             with contextlib.suppress(OSError):
                 self._cores = sum(self._client.ncores().values())
         return _TASKS_PER_CORE * max(1, self._cores)
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        """Run a function on a worker; the future fails if worker or scheduler is lost."""
+        """Run a function on a worker; the future fails if the worker or the scheduler is lost."""
         result: Future = Future()
         result.set_running_or_notify_cancel()
-        # Not pure: equal calls of different sweeps are not the same task.
+        # pure=False, because equal calls in different sweeps are different tasks.
         task = self._client.submit(function, *args, pure=False, **kwargs)
         with self._lock:
             self._pending[task.key] = task, result
@@ -152,7 +153,7 @@ class DaskCluster(Executor):
             _settle(result, value, error)
 
     def _fetched(self, task: Any) -> Any:
-        """Return the result of a finished task, however long its way takes on a busy machine."""
+        """Return the result of a finished task, however long a busy machine takes to send it."""
         patience = _CONNECT_SECONDS
         while True:
             try:
@@ -165,9 +166,9 @@ class DaskCluster(Executor):
 
     def _watch_scheduler(self) -> None:
         """
-        Fail pending tasks when the scheduler is lost, and report that all workers have left.
+        Fail pending tasks when the scheduler is lost, and report when all workers have left.
 
-        Dask itself would wait for ever, in silence.
+        Dask itself would wait for ever without a message.
         """
         counted = time.monotonic()
         while not self._stop.wait(0.2):
@@ -187,14 +188,18 @@ class DaskCluster(Executor):
 
     def _look_for_workers(self) -> None:
         """Report when all workers have left while tasks are pending."""
-        with contextlib.suppress(Exception):  # a lost scheduler is reported by the status
+        with contextlib.suppress(Exception):  # the client's status reports a lost scheduler
             if self._pending and not self._client.ncores():
                 self._report_waiting()
             else:
                 self._reported = math.inf
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the cluster, which drops unfinished tasks whatever the arguments are."""
+        """
+        Leave the cluster.
+
+        The scheduler then drops unfinished tasks, whatever the arguments are.
+        """
         self._stop.set()
         if self._own:
             self._client.close(timeout=_LEAVE_SECONDS)
@@ -237,7 +242,7 @@ def _connect(address: str) -> Any:
 
 
 def _silence_loggers() -> None:
-    """Silence Dask's loggers; each of them has a level of its own once Dask is imported."""
+    """Silence Dask's loggers, each of which gets its own level when Dask is imported."""
     for name in (*_NOISY_LOGGERS, *logging.root.manager.loggerDict):
         if name.partition(".")[0] in _NOISY_LOGGERS:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)

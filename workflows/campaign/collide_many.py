@@ -1,4 +1,4 @@
-"""Distribution of many collisions: warm chains of many seeds, or any list of scenes."""
+"""Carry out many collisions: a warm chain for many seeds, or any list of scenes."""
 
 import math
 import time
@@ -48,39 +48,41 @@ def collide_many(
     Parameters
     ----------
     scenes : Scene or sequence of Scene
-        A warm scene, computed for `samples` seeds from its own seed on, or a list of any scenes.
-        With the reference engine, a tolerance down to 1e-8 and a hard, rigid wall, warm chains that
-        differ only in seed and speed are computed in batches, in compiled loops. All others are
-        computed as :func:`~chaincor.workflows.collision.collide` does, in worker processes if they
-        take longer than a few seconds. A script with worker processes needs the usual ``if __name__
-        == "__main__":``.
+        A warm scene, or a list of any scenes. A single scene is computed for `samples` seeds, which
+        begin with its own seed. Warm chains that differ only in seed and speed are computed in
+        batches by compiled loops, if the engine is the reference engine, the tolerance is at least
+        1e-8, and the wall is hard and rigid. All other scenes are computed as by
+        :func:`~chaincor.workflows.collision.collide`, in worker processes if they take longer than
+        a few seconds. A script with worker processes needs the usual ``if __name__ ==
+        "__main__":``.
     samples : int, optional
-        Number of seeds; only with one scene.
+        Number of seeds; only for a single scene.
     velocities : array_like of shape (samples,), optional
-        Impact velocity of each sample, instead of the scene's; only with one scene.
+        Impact velocity of each sample, instead of the scene's velocity; only for a single scene.
     workers : int, optional
         Number of threads or processes; by default the number of cores.
     executor : None
-        Refused: batches of warm chains are computed by threads of this process.
+        Not supported, because threads of this process compute the batches of warm chains.
     progress : bool
-        Whether to show a progress bar if there is a terminal.
+        Whether to show a progress bar on a terminal.
     most_seconds : float
-        Largest expected time of all collisions, in seconds.
+        Largest allowed sum of the collisions' expected times, in seconds.
 
     Returns
     -------
     Ensemble
-        The samples, which do not depend on `workers`. A sample without a number says why.
+        The samples, which do not depend on `workers`. If a sample has no result, its `reason` says
+        why.
 
     Raises
     ------
     InputError
-        If there is nothing to draw, if each sample would write to the same file, or for an
-        executor.
+        If a single scene has no temperature, if all samples would write to the same file, or if an
+        executor is given.
     CostError
-        If the expected time exceeds `most_seconds`; no collision was started.
+        If the expected time exceeds `most_seconds`. Then no collision was started.
     MissingLibraryError, WorkerStartError
-        If no collision at all can be run.
+        If no collision can be run at all.
 
     Examples
     --------
@@ -140,11 +142,11 @@ def collide_many(
 
 
 def _met_together(group: Group, workers: int) -> Iterator[Sample | None]:
-    """Compute a group in compiled loops; yields each sample, or None if it must run alone."""
+    """Compute a group in compiled loops; yield each sample, or None if it must run alone."""
     tolerance = group.scene.asked_tolerance
     assert tolerance is not None
     warm_solver = WarmSolver(group.scene.problem, tolerance)
-    # Compilation and shared values are finished before threads start.
+    # Loops are compiled, and shared values computed, before threads start.
     warm_solver.solve(group[:1].starts(), group.velocities[:1])
     share = min(warm_solver.share(float(np.median(group.velocities))), -(-len(group) // workers))
     parts = (group[k : k + share] for k in range(0, len(group), share))
@@ -153,7 +155,7 @@ def _met_together(group: Group, workers: int) -> Iterator[Sample | None]:
             for met in threads.map(partial(_samples, warm_solver), parts):
                 yield from met
         except BaseException:
-            warm_solver.batch.stopped = True  # threads leave their loops at once
+            warm_solver.batch.stopped = True  # tells the threads to leave their loops at once
             raise
 
 
@@ -161,7 +163,8 @@ def _samples(warm_solver: WarmSolver, group: Group) -> list[Sample | None]:
     try:
         met = warm_solver.solve(group.starts(), group.velocities)
     except MACHINE_FAILURES as error:
-        # If the task has several collisions, the failing one reports the error when it runs alone.
+        # If the task has several collisions, each runs again alone, and the failing one reports its
+        # error.
         return [Sample.of(group[0], error) if len(group) == 1 else None] * len(group)
     bars = met.step_error + met.rounding
     samples: list[Sample | None] = [None] * len(group)

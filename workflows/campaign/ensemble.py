@@ -1,4 +1,4 @@
-"""Result of many collisions: samples, their distribution, and their text."""
+"""Hold the results of many collisions, and describe their distribution."""
 
 import math
 from collections import Counter
@@ -25,22 +25,22 @@ DEFAULT_PRECISION = 0.01
 
 @dataclass(frozen=True)
 class Sample:
-    """One collision of many."""
+    """Result of one collision in an ensemble."""
 
     seed: int | None  #: Seed of the scene; None for a cold chain.
     velocity: float  #: Impact speed v0.
-    #: eta; None without a number.
+    #: Ratio of energies eta; None if the collision gave no result.
     restitution: float | None = None
-    restitution_error: float | None = None  #: Error bar of eta; None without a bar.
-    kinematic_restitution: float | None = None  #: Square root of eta.
-    contacts: int | None = None  #: Number of hits of particle 1 on the wall.
-    last_contact_time: float | None = None  #: Time since the first contact.
+    restitution_error: float | None = None  #: Error bar of eta; None if there is none.
+    kinematic_restitution: float | None = None  #: Kinematic restitution, the square root of eta.
+    contacts: int | None = None  #: Number of times that particle 1 hit the wall.
+    last_contact_time: float | None = None  #: Simulated time since the first contact.
     ending: str | None = None  #: ``proved``, ``argued`` or ``open``.
     scheme: str | None = None  #: Integration scheme.
-    timestep: float | None = None  #: Step H, if the scheme has one.
+    timestep: float | None = None  #: Time step H, if the scheme has one.
     #: Whether the error bar is within the tolerance; None with explicit numerics.
     tolerance_met: bool | None = None
-    reason: str | None = None  #: Why the tolerance is missed or there is no number.
+    reason: str | None = None  #: Why the tolerance is missed, or why there is no result.
 
     @classmethod
     def of(cls, scene: Scene, found: Collision | Exception) -> Self:
@@ -57,22 +57,22 @@ class Ensemble:
     r"""
     Result of many collisions.
 
-    Samples without a number say why and are left out of all means.
+    If a collision gave no result, the `reason` of its sample says why. Means exclude such samples.
 
     Attributes
     ----------
     samples : tuple of Sample
-        Samples in the order of the scenes or of the seeds.
+        Samples in the order of the scenes or seeds.
     scene : dict
-        Fields that all scenes share, as in a scene file.
+        Fields that are equal in all scenes, as in a scene file.
     tolerance : float or None
         Requested error of each eta; None with explicit numerics.
     workers : int
-        Number of collisions at a time; no result depends on it.
+        Number of collisions at a time. Results do not depend on this number.
     seconds_total : float
-        Wall-clock time of everything.
+        Wall-clock time of all collisions together.
     versions : dict
-        Versions of chaincor and of the libraries behind the numbers.
+        Versions of chaincor and of the libraries that computed the results.
 
     Examples
     --------
@@ -95,38 +95,38 @@ class Ensemble:
 
     @property
     def failures(self) -> tuple[Sample, ...]:
-        """Samples without a number."""
+        """Samples without a result."""
         return tuple(sample for sample in self.samples if sample.restitution is None)
 
     @property
     def inexact(self) -> tuple[Sample, ...]:
-        """Samples with a number whose bar is wider than the tolerance."""
+        """Samples with a result whose error bar exceeds the tolerance."""
         return tuple(sample for sample in self._sound if sample.tolerance_met is False)
 
     @property
     def restitution(self) -> Array:
-        """Eta of all samples with a number."""
+        """Values of eta in all samples with a result."""
         return np.array([sample.restitution for sample in self._sound], dtype=float)
 
     @property
     def restitution_error(self) -> Array:
-        """Numerical error bars of eta; nan if there is no bar."""
+        """Numerical error bars of eta; nan if a result has no bar."""
         return np.array([sample.restitution_error for sample in self._sound], dtype=float)
 
     @property
     def kinematic_restitution(self) -> Array:
-        """Kinematic restitution e, the square root of eta."""
+        """Values of the kinematic restitution e, the square root of eta."""
         return np.sqrt(self.restitution)
 
     @property
     def kinematic_restitution_error(self) -> Array:
-        r"""Error bars of e: :math:`\sqrt\eta - \sqrt{\eta - \Delta}`, the wider side."""
+        r"""Error bars of e on their wider side: :math:`\sqrt\eta - \sqrt{\eta - \Delta}`."""
         eta, bar = self.restitution, self.restitution_error
         return np.sqrt(eta) - np.sqrt(np.maximum(eta - bar, 0.0))
 
     @property
     def contacts(self) -> NDArray[np.int64]:
-        """Number of contacts of all samples with a number."""
+        """Numbers of contacts in all samples with a result."""
         return np.array([sample.contacts for sample in self._sound], dtype=np.int64)
 
     @cached_property
@@ -199,7 +199,7 @@ class Ensemble:
 
 
 def describe_ensemble(result: Ensemble, scene: Scene, precision: float) -> str:
-    """Describe the samples of a warm scene; `precision` is the wanted error of the mean eta."""
+    """Describe the samples of a warm scene; `precision` is the requested error of the mean eta."""
     eta, e, above = result.eta, result.e, result.above_one
     seeds = [sample.seed for sample in result.samples]
     assert scene.temperature is not None
@@ -239,7 +239,7 @@ def describe_ensemble(result: Ensemble, scene: Scene, precision: float) -> str:
 
 
 def _rows(eta: Distribution, e: Distribution) -> list[tuple[str, str, str]]:
-    """Return the rows of the table of both ratios: name, value of eta, value of e."""
+    """Return the rows of the table: name, value for eta, value for e."""
     rows = [
         ("mean", _mean(eta), _mean(e)),
         ("numerical error", _bar(eta), _bar(e)),

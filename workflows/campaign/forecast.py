@@ -1,4 +1,4 @@
-"""Forecast the time and the disk space that many collisions take."""
+"""Forecast how much time and disk space many collisions take."""
 
 import random
 from collections.abc import Callable, Sequence
@@ -9,13 +9,14 @@ from chaincor.workflows.campaign.cells import WINDOW, Cells
 from chaincor.workflows.campaign.tasks import requests_of, tightest, with_batches
 from chaincor.workflows.versions import cores_allowed
 
-# Seconds from the command to the first collision: imports, processes, compiled code.
+# Seconds from the start of the command to the first collision, for imports, processes and compiled
+# code.
 _START_SECONDS = 2.5
-# Bytes of a row with its key in the index, with and without its details, and of the header of an
+# Sizes in bytes: a row and its key in the index, with and without details, and the header of an
 # array in NumPy's format.
 _ROW_BYTES = {True: 2500, False: 700}
 _ARRAY_BYTES = 5 * 230
-# The forecast of a large sweep is made from a sample of this many collisions.
+# The forecast for a large sweep is computed from a sample of this many collisions.
 _SAMPLE = 2000
 
 
@@ -24,17 +25,16 @@ class Forecast:
     """
     Expected time and disk space of collisions, on an idle machine.
 
-    Times are right within a factor of two for nearly every collision, within four for chains that
-    break, and better for sums of many.
+    For nearly every collision, the time is right within a factor of two, and for chains that break
+    within a factor of four. Sums over many collisions are more accurate.
     """
 
-    points: int  #: Collisions to compute.
-    #: Sum of the times on one core.
+    points: int  #: Number of collisions to compute.
+    #: Sum of the collisions' times on one core.
     seconds: float
     longest: float  #: Time of the longest collision.
-    disk_bytes: int  #: Growth of the store.
-    #: Number of collisions in the sample of the forecast; None if the forecast counts all
-    #: collisions.
+    disk_bytes: int  #: Growth of the store, in bytes.
+    #: Number of collisions in the sample behind the forecast; None if all collisions were counted.
     sample: int | None = None
 
     @classmethod
@@ -47,13 +47,14 @@ class Forecast:
         weight: float | None = None,
     ) -> "Forecast":
         """
-        Return the forecast of collisions, with or without their arrays and details.
+        Return the forecast for collisions, with or without their arrays and details.
 
-        With `weight`, the collisions are a sample, and each stands for this number of collisions.
+        If the collisions are a sample, each of them stands for `weight` collisions.
         """
         each_stands_for = 1.0 if weight is None else weight
         costs = [each.cost for each in with_batches(asked, each_stands_for)]
-        # Contacts hardly exceed particles; two arrays of contacts, three of particles.
+        # Five arrays: two with one number per contact, three with one per particle. There are
+        # hardly more contacts than particles.
         sizes = [_ARRAY_BYTES + 5 * 8 * each.particles for each in asked if arrays]
         room = _ROW_BYTES[details] * len(asked) + sum(sizes)
         return cls(
@@ -65,7 +66,7 @@ class Forecast:
         )
 
     def wall_seconds(self, workers: int) -> float:
-        """Return the wall-clock time on several workers that share the allowed cores."""
+        """Return the wall-clock time if several workers share the available cores."""
         if self.points == 0:
             return 0.0
         together = min(workers, cores_allowed())
@@ -80,9 +81,9 @@ def forecast_cells(
     details: bool = True,
 ) -> Forecast:
     """
-    Return the forecast of the collisions of a sweep that are `missing` in a store.
+    Return the forecast for those collisions of a sweep that are `missing` in a store.
 
-    The forecast of a large sweep is made from a sample that represents all chain lengths.
+    The forecast for a large sweep is computed from a sample that represents all chain lengths.
     """
     if len(cells) <= WINDOW:
         points = [cells.points.point(k) for k in cells.numbers(0, WINDOW)]

@@ -1,4 +1,4 @@
-"""Executors of users, to which tasks are submitted."""
+"""Submit tasks to an executor that the user provides."""
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
@@ -10,20 +10,20 @@ from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER
 from chaincor.workflows.errors import SchedulerError
 from chaincor.workflows.given import workers_given
 
-# These attributes hold the number of workers: the first in mpi4py's executors, the second in the
-# executors of Python and loky.
+# Attributes with the number of workers: the first one exists in mpi4py's executors, the second one
+# in those of Python and loky.
 _COUNTS = ("num_workers", "_max_workers")
 
 
 class GivenExecutor(Executor):
-    """Wrapper of a user's executor, which its shutdown leaves open."""
+    """Wrapper of a user's executor. Its shutdown leaves the user's executor open."""
 
     def __init__(self, executor: Executor) -> None:
         self._executor = executor
         self._pending: set[Future] = set()
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        """Submit a task to the user's executor. Raises SchedulerError if it takes none."""
+        """Submit a task to the user's executor; raise SchedulerError if the executor refuses it."""
         try:
             future = self._executor.submit(function, *args, **kwargs)
         except RuntimeError as error:
@@ -35,7 +35,7 @@ class GivenExecutor(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Cancel the tasks that have not begun."""
+        """Cancel the tasks that have not started."""
         for future in list(self._pending):
             future.cancel()
 
@@ -45,10 +45,10 @@ def tasks_to(
     executor: Any, workers: int | None
 ) -> Iterator[tuple[Executor, int | Callable[[], int]]]:
     """
-    Yield a wrapper of a user's executor or Dask client, and the number of tasks at a time.
+    Yield a wrapper of a user's executor or Dask client, and its number of tasks at a time.
 
-    `workers` is the number of its workers. By default it is read from the executor, or is the
-    number of cores. Raises InputError for other objects.
+    `workers` is the number of the executor's workers. By default, this number is read from the
+    executor, or is the number of cores. Raise InputError for other objects.
     """
     if type(executor).__module__ == "distributed.client":
         from chaincor.workflows.campaign.cluster import DaskCluster

@@ -1,4 +1,4 @@
-"""Groups of the scenes of `collide_many` that differ only in seed and speed."""
+"""Group those scenes of `collide_many` that differ only in seed and speed."""
 
 import json
 from collections.abc import Sequence
@@ -22,25 +22,25 @@ from chaincor.workflows.engines.reference.batch.chains import StartStates
 from chaincor.workflows.given import scenes_given
 
 MOST_SAMPLES = 10_000_000
-# Keys by which the samples of one ensemble may differ.
+# Fields in which the samples of one ensemble may differ.
 _VARYING = ("seed", "velocity", "speed")
 
 
 @dataclass(frozen=True)
 class Group(Sequence[Scene]):
-    """Scenes that differ only in seed and impact velocity, made on request."""
+    """Scenes that differ only in seed and impact velocity, created on request."""
 
     scene: Scene  #: First scene.
     seeds: Sequence[int | None]  #: Seed of each scene.
-    velocities: Array  #: Impact velocity of each scene; of shape (scenes,).
+    velocities: Array  #: Impact velocity of each scene, of shape (scenes,).
     places: Sequence[int]  #: Indices among all requested scenes.
-    given: Sequence[Scene] | None = None  #: Scenes, if they exist already.
+    given: Sequence[Scene] | None = None  #: The scenes, if they have already been created.
 
     def __len__(self) -> int:
         return len(self.seeds)
 
     def __getitem__(self, k: Any) -> Any:
-        """Return one scene, or a group of those in a slice."""
+        """Return one scene, or a group with the scenes of a slice."""
         if isinstance(k, slice):
             given = None if self.given is None else self.given[k]
             return Group(self.scene, self.seeds[k], self.velocities[k], self.places[k], given)
@@ -53,11 +53,11 @@ class Group(Sequence[Scene]):
 
     @cached_property
     def expected(self) -> float:
-        """Expected seconds of one scene."""
+        """Expected time of one scene, in seconds."""
         return plan(self.scene).seconds
 
     def starts(self) -> StartStates:
-        """Return the initial states, with the same random numbers as for single scenes."""
+        """Return the initial states, drawn with the same random numbers as for single scenes."""
         scene, line = self.scene, self.scene.line
         assert scene.temperature is not None
         seeds = [seed for seed in self.seeds if seed is not None]
@@ -72,9 +72,9 @@ def group_scenes(
     scenes: Scene | Sequence[Scene], samples: int | None, velocities: ArrayLike | None
 ) -> list[Group]:
     """
-    Return the requested scenes in groups that can run in one batch.
+    Divide the requested scenes into groups that can each run in one batch.
 
-    Raises InputError for other scenes, and if there is no scene.
+    Raise InputError for invalid requests, and if there is no scene.
     """
     if isinstance(scenes, Scene):
         return [_drawn_group(scenes, samples, velocities)]
@@ -120,7 +120,7 @@ def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None
                 f"velocities has the shape {each.shape}, or numbers that are no speeds. Give "
                 f"{samples} numbers above 0"
             )
-        # The slowest or fastest velocity may be invalid for every scene.
+        # If any velocity is invalid, the slowest or the fastest one is invalid too.
         for velocity in {float(np.min(each)), float(np.max(each))}:
             scene.without("speed").replace(velocity=velocity)
     return Group(scene, seeds, each, range(samples))
@@ -136,7 +136,11 @@ def _refuse_outputs(scene: Scene) -> None:
 
 
 def _key(scene: Scene) -> Any:
-    """Return the key that all scenes of a group share; a user's own object is its own key."""
+    """
+    Return the key that is equal in all scenes of a group.
+
+    A user's own potential counts as equal only to itself.
+    """
     fields = {k: v for k, v in plain_fields(scene).items() if k not in _VARYING}
     potential = fields.pop("potential", None)
     same = id(potential) if isinstance(potential, Potential) else potential
@@ -144,7 +148,7 @@ def _key(scene: Scene) -> Any:
 
 
 def shared_fields(groups: Sequence[Group]) -> dict[str, Any]:
-    """Return the fields that all scenes share."""
+    """Return the fields that are equal in all scenes."""
     first, *others = (plain_fields(group.scene) for group in groups)
     shared = {k: v for k, v in first.items() if all(other.get(k) == v for other in others)}
     if groups[0].given is not None:

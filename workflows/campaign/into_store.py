@@ -44,39 +44,42 @@ from chaincor.workflows.store.row import Row
 if TYPE_CHECKING:
     from distributed import Client
 
-# Number of points that a worker describes in one task.
+# Number of points that a worker prepares in one task.
 _DESCRIBED = 2048
-# Largest number of windows that are prepared before they are needed.
+# Largest number of windows that are prepared in advance.
 _MOST_PREPARED = 12
 
 
 @dataclass
 class Tally:
-    """Counts of a sweep so far."""
+    """Counts and times of a sweep so far."""
 
-    #: Collisions that were computed with a result.
+    #: Number of collisions that were computed and gave a result.
     computed: int = 0
-    failed: int = 0  #: Collisions that failed.
-    inexact: int = 0  #: Computed collisions that miss their tolerance.
-    found: int = 0  #: Results in the store, also those stored by another sweep meanwhile.
-    #: Earlier failures that were not repeated, because the scene itself is the reason.
+    failed: int = 0  #: Number of collisions that failed.
+    inexact: int = 0  #: Number of computed collisions that miss their tolerance.
+    #: Number of results that were found in the store, including those of simultaneous sweeps.
+    found: int = 0
+    #: Number of earlier failures that were not repeated, because the scene would fail again.
     known_failures: int = 0
     seconds: float = 0.0  #: Wall-clock time.
-    #: Time of the integrations that gave the numbers of the computed collisions.
+    #: Time of the integrations that gave the results.
     integration_seconds: float = 0.0
-    busy_seconds: float = 0.0  #: Whole time of the computed collisions.
+    busy_seconds: float = 0.0  #: Total time of the computed collisions.
 
 
 class IntoStore:
     """
-    Collisions that a store lacks, and their computation into the store.
+    Computation of the collisions that a store lacks.
 
-    The collisions are scenes, or the cells of a sweep, which are made a window at a time. If scenes
-    of a window differ only in their tolerance, the tightest counts. With `arrays`, contacts, mode
-    energies and final states are stored too. Without `details`, rows have only their columns.
-    Stored results that lack arrays or are recomputed get at least their earlier accuracy.
-    `recompute` repeats stored results, and `retry_failed` repeats failures. `keep_jobs` is a folder
-    for the jobs of LAMMPS.
+    The collisions are given as scenes, or as the cells of a sweep, which are created a window at a
+    time. If scenes in a window differ only in their tolerance, the tightest tolerance counts.
+
+    If `arrays` is true, contacts, mode energies and final states are stored too. If `details` is
+    false, rows have only their columns. If `recompute` is true, stored results are computed again,
+    and if `retry_failed` is true, failures are. A result that is computed again, for this reason or
+    because it lacks arrays, gets at least its earlier accuracy. `keep_jobs` is a folder for the
+    LAMMPS jobs.
     """
 
     def __init__(
@@ -111,7 +114,11 @@ class IntoStore:
 
     @property
     def todo(self) -> list[Scene | Point]:
-        """First collisions to compute, each once: all of them unless there are very many."""
+        """
+        Collisions to compute, each once.
+
+        If there are very many, these are only the first ones.
+        """
         return [asked.scene for asked in self._first]
 
     def run(
@@ -120,8 +127,8 @@ class IntoStore:
         """
         Compute the missing collisions, and write each result as soon as it is finished.
 
-        Raises what :func:`~chaincor.workflows.campaign.carry_out.carry_out` does, and
-        StoreWriteError. Finished results are in the store.
+        Raise the errors of :func:`~chaincor.workflows.campaign.carry_out.carry_out`, and
+        StoreWriteError. After an error, finished results are in the store.
         """
         started = time.perf_counter()
         self._store.check_writable()
@@ -147,7 +154,7 @@ class IntoStore:
             return self.run(pool, in_flight=TASKS_PER_WORKER * workers, progress=progress)
 
     def _expected(self) -> tuple[int, float]:
-        """Return the number of collisions and their expected seconds."""
+        """Return the number of collisions and their expected total time, in seconds."""
         if self._cells is None or len(self._cells) <= WINDOW:
             return len(self._first), sum(asked.cost for asked in with_batches(self._first))
         forecast = forecast_cells(self._cells)
@@ -156,10 +163,10 @@ class IntoStore:
     def _tasks(
         self, executor: Executor, parts: int, seconds: float, advance: PointProgress
     ) -> Iterator[Task | None]:
-        """Yield tasks, and None while workers describe the points of later windows."""
+        """Yield tasks, and None while workers still prepare the points of the next window."""
         yield from _in_turn(self._first, parts, seconds)
         preparing: deque[tuple[list[Point], list[Future]]] = deque()
-        # Other windows are prepared while one is computed. A window may be two tasks.
+        # While one window is computed, other windows are prepared. Each takes up to two tasks.
         most = min(2 + parts // 4, _MOST_PREPARED)
         while True:
             while len(preparing) < most and (points := next(self._windows, None)):
@@ -194,8 +201,8 @@ class IntoStore:
         return missing if self._keep_jobs is None else _keeping_jobs(missing, self._keep_jobs)
 
     def _is_wanted(self, asked: Sequence[CollisionRequest]) -> Sequence[bool]:
-        """Return whether no other sweep has computed a collision meanwhile."""
-        # Once another program has written the store, each collision is looked up again.
+        """Return whether each collision must still be computed, or another sweep has stored it."""
+        # After another program has written to the store, each collision is looked up again.
         self._shared = self._shared or self._store.version() != self._version
         if not self._shared:
             return [True] * len(asked)
@@ -235,7 +242,7 @@ def collide_into_store(
     progress: bool = True,
 ) -> list[Row]:
     """
-    Return the rows of many collisions in their order, computing those that a store does not have.
+    Return the rows of many collisions, in the given order, and compute those that a store lacks.
 
     See :func:`chaincor.workflows.collision.collide`.
     """
@@ -252,20 +259,20 @@ def collide_into_store(
 
 
 def _in_turn(asked: Sequence[CollisionRequest], parts: int, seconds: float) -> list[Task]:
-    """Return tasks in the order of their work: batches, then the longest."""
+    """Return tasks in the order in which they are computed: batches first, then the longest."""
     tasks = tasks_of(random.sample(asked, len(asked)), parts, seconds)
-    # Two sweeps that share a store begin with different collisions.
+    # The order is random, so that two sweeps with the same store begin with different collisions.
     random.shuffle(tasks)
-    # Workers begin with different bonds, because each worker compiles loops for all workers.
+    # Workers begin with different bonds, because loops that one worker compiles serve all workers.
     firsts = {task[0].kind: task for task in tasks if task[0].kind is not None}
     return sorted(tasks, key=lambda task: (firsts.get(task[0].kind) is not task, *turn(task)))
 
 
 def _as_exactly(asked: CollisionRequest, standing: Row) -> CollisionRequest:
     """
-    Return a collision with a tolerance at least as tight as the stored result.
+    Return a collision with a tolerance at least as tight as that of the stored result.
 
-    A looser run could not replace the stored result.
+    A run with a looser tolerance could not replace the stored result.
     """
     own, known = asked.asked_tolerance, standing.columns["tolerance"]
     if own is None or known is None or not standing.has_result or own <= known:
@@ -279,9 +286,9 @@ def _as_exactly(asked: CollisionRequest, standing: Row) -> CollisionRequest:
 
 def _keeping_jobs(asked: Sequence[CollisionRequest], folder: Path) -> list[CollisionRequest]:
     """
-    Return collisions whose LAMMPS jobs are kept, each in its folder.
+    Return the collisions, with a folder for each LAMMPS job.
 
-    Raises InputError if a folder cannot be used, before any collision fails for this reason.
+    Raise InputError if a folder cannot be used, instead of a failure of the collision later.
     """
     kept = []
     for each in asked:

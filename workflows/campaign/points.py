@@ -1,4 +1,4 @@
-"""Points of a sweep, which are numbered and made on request."""
+"""Define the points of a sweep, which are numbered and created on request."""
 
 import itertools
 import math
@@ -13,19 +13,19 @@ from chaincor.lammps_inputs.scene_parts.scene_file import from_folder
 from chaincor.workflows.campaign.axes import Axis, ValuesAxis, fields_of, merged
 from chaincor.workflows.errors import SweepError
 
-# Largest number of values of an axis that are all tried before a large sweep begins.
+# If an axis has at most this many values, all of them are checked before a large sweep begins.
 _MOST_TRIED = 1000
-# The name of an axis over one parameter of a formula begins with this text.
+# If an axis sets one parameter of a formula, its name begins with this text.
 PARAMETER_AXIS = "parameters."
 
 
 class SweepPoints(Sequence[Scene]):
     """
-    Crossed axes of a sweep, as scenes that are made on request.
+    Points of a sweep with crossed axes, as scenes that are created on request.
 
-    Each of the `groups` is an axis, or axes that move together: the fields of the `base` scene that
-    each value sets. No two groups set one field; the last varies fastest.
-    Relative paths start at `folder`, the folder of the sweep file.
+    Each of the `groups` is an axis, or several axes that move together. It gives the fields of the
+    `base` scene that each value sets. Different groups set different fields, and the last group
+    varies fastest. Relative paths start at `folder`, the folder of the sweep file.
     """
 
     def __init__(self, base: dict[str, Any], groups: Sequence[Axis], folder: Path) -> None:
@@ -41,18 +41,18 @@ class SweepPoints(Sequence[Scene]):
         return self._scene(numbers)
 
     def fields(self, number: int) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return all fields of a point, and those that its axes set."""
+        """Return all fields of a point, and the fields that axes set."""
         parts, rest = [], number
         for group in reversed(self.groups):
             rest, place = divmod(rest, len(group))
             parts.append(group[place])
         point = merged(*reversed(parts))
-        # An axis drops from the base scene the keys that it would contradict.
+        # If a key of the base scene contradicts an axis, the key is dropped.
         dropped = {other for key in point for other in EXCLUDED.get(key, ())}
         return {key: value for key, value in self.base.items() if key not in dropped} | point, point
 
     def point(self, number: int) -> "Point":
-        """Return a point without making its scene."""
+        """Return a point without creating its scene."""
         fields, own = self.fields(number)
         return Point(number, fields, tuple(own), self._folder)
 
@@ -61,9 +61,10 @@ class SweepPoints(Sequence[Scene]):
 
     def check(self) -> None:
         """
-        Make some points, so that most mistakes are found before anything is computed.
+        Create some scenes, so that most mistakes are found before the computation starts.
 
-        Each value of a short axis is tried once, and the ends of a long one. Raises SceneError.
+        All values of a short axis are tried once, and both ends of a long axis. Raise SceneError if
+        a point has no valid scene.
         """
         each = 1
         for group in reversed(self.groups):
@@ -74,15 +75,19 @@ class SweepPoints(Sequence[Scene]):
 
 
 class Point(NamedTuple):
-    """One point of a sweep, which is sent to workers in place of its scene."""
+    """One point of a sweep. Workers get the point instead of its scene."""
 
-    number: int  #: Number of the point, from 0.
-    fields: dict[str, Any]  #: Fields of its scene.
-    own: tuple[str, ...]  #: Fields that the axes set.
+    number: int  #: Number of the point, counted from 0.
+    fields: dict[str, Any]  #: Fields of the scene.
+    own: tuple[str, ...]  #: Fields that axes set.
     folder: Path  #: Folder at which relative paths start.
 
     def scene(self) -> Scene:
-        """Return the scene. Raises SceneError, with the number of the point, if there is none."""
+        """
+        Return the scene.
+
+        Raise SceneError, with the number of the point, if the fields form no valid scene.
+        """
         fields = dict(self.fields)
         _fold_parameters(fields)
         try:
@@ -95,12 +100,16 @@ class Point(NamedTuple):
 
 
 def scene_of(given: Scene | Point) -> Scene:
-    """Return a scene, or the scene of a point."""
+    """Return the scene of a point; return a scene unchanged."""
     return given.scene() if isinstance(given, Point) else given
 
 
 def _fold_parameters(fields: dict[str, Any]) -> None:
-    """Move ``parameters.a`` into the table ``parameters``; the scene refuses other values."""
+    """
+    Move ``parameters.a`` into the table ``parameters``.
+
+    A scene itself refuses invalid values.
+    """
     single = {key: fields.pop(key) for key in list(fields) if str(key).startswith(PARAMETER_AXIS)}
     base = fields.get("parameters", {})
     if single and isinstance(base, dict):
@@ -110,9 +119,10 @@ def _fold_parameters(fields: dict[str, Any]) -> None:
 
 def refuse_shared_fields(axes: Mapping[str, Axis], together: Sequence[Sequence[str]] = ()) -> None:
     """
-    Raise SweepError, which names axes and field, if two axes set one field at one point.
+    Raise SweepError if two axes set the same field at the same point.
 
-    Axes that move `together` are equally long, and only values at equal positions combine.
+    The message names the axes and the field. Axes that move `together` are equally long, and only
+    their values at equal positions combine.
     """
     fields = {name: _fields(axis) for name, axis in axes.items()}
     for one, other in itertools.combinations(axes, 2):
@@ -128,19 +138,19 @@ def refuse_shared_fields(axes: Mapping[str, Axis], together: Sequence[Sequence[s
 
 
 def value_of(scene: Scene, axis: str) -> Any:
-    """Return the value of a scene on an axis; None if it has none."""
+    """Return the value that a scene has on an axis; None if it has none."""
     if axis.startswith(PARAMETER_AXIS):
         return (scene.parameters or {}).get(axis.removeprefix(PARAMETER_AXIS))
     return getattr(scene, axis, None)
 
 
 def fields_set(axes: Mapping[str, Axis]) -> list[str]:
-    """Return every key that a value of an axis sets, each once, in their order."""
+    """Return the fields that the values of an axis set, each once, in the order of first use."""
     return list(dict.fromkeys(key for axis in axes.values() for key in fields_of(axis)))
 
 
 def _fields(axis: Axis) -> set[str]:
-    """Return the fields that an axis sets, with each parameter of a formula by its own name."""
+    """Return the fields that an axis sets, where each parameter of a formula has its own name."""
     if isinstance(axis, ValuesAxis) and axis.name != "parameters":
         return {axis.name}
     found: set[str] = set()

@@ -1,4 +1,4 @@
-"""Pool of processes in which the death of a worker fails only one task."""
+"""Run tasks in processes; if a process dies, only its task fails."""
 
 import contextlib
 import multiprocessing
@@ -24,9 +24,9 @@ class ProcessPool(Executor):
     """
     Executor whose workers are newly spawned processes.
 
-    The executors of the standard library fail completely when one process dies. Here each process
-    has its own thread. If a process dies, its one task fails with the signal or exit status as the
-    reason, and a new process takes its place.
+    The standard library's executors fail completely when one process dies. Here each process has
+    its own thread. If a process dies, its task fails, and a new process replaces it. The error
+    gives the signal or the exit status.
     """
 
     def __init__(self, workers: int) -> None:
@@ -34,18 +34,22 @@ class ProcessPool(Executor):
         self._lock = threading.Lock()
         self._workers: dict[int, _Worker] = {}  # keys are threads
         self._closed = False
-        # Files of killed workers are removed with this folder.
+        # If workers are killed, their files are removed with this folder.
         self._folder = tempfile.mkdtemp(prefix="chaincor-sweep-")
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        """Run an importable function in a worker; the future has WorkerDiedError if it dies."""
+        """
+        Run an importable function in a worker.
+
+        If the worker dies, the future has WorkerDiedError.
+        """
         return self._threads.submit(self._call, function, args, kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """
         End the workers.
 
-        With `wait`, running tasks finish first; otherwise they are killed.
+        If `wait` is true, running tasks finish first; otherwise they are killed.
         """
         if not wait:
             with self._lock:
@@ -61,7 +65,7 @@ class ProcessPool(Executor):
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """End the workers, at once after an error or interrupt."""
+        """End the workers; after an error or interrupt, kill running tasks."""
         self.shutdown(wait=kind is None)
 
     def _call(self, function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
@@ -79,7 +83,7 @@ class ProcessPool(Executor):
 
 
 class _Worker:
-    """Process and the pipe to it."""
+    """Process, and the pipe to it."""
 
     def __init__(self, folder: str) -> None:
         self._pipe, theirs = _spawn.Pipe()
@@ -117,7 +121,8 @@ class _Worker:
 
     def _receive(self) -> tuple[Any, BaseException | None]:
         try:
-            # Another process that inherited this end could keep it open after the worker's death.
+            # If another process inherited this end of the pipe, the pipe would stay open after the
+            # worker's death.
             if self._pipe in wait([self._pipe, self._process.sentinel]):
                 return self._pipe.recv()
         except (EOFError, OSError):  # an incomplete answer is an OSError
@@ -137,13 +142,13 @@ class _Worker:
         self._process.kill()
 
     def close(self) -> None:
-        self._pipe.close()  # an idle worker leaves at the end of its input
+        self._pipe.close()  # an idle worker ends when its pipe is closed
         self._process.join()
         self._process.close()
 
 
 def _serve(pipe: Connection, folder: str) -> None:
-    """Run tasks from the pipe until it is closed."""
+    """Run tasks from the pipe until the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the main process handles Ctrl-C
     threading.Thread(target=_leave_with_parent, args=(folder,), daemon=True).start()
     tempfile.tempdir = folder
@@ -160,12 +165,12 @@ def _serve(pipe: Connection, folder: str) -> None:
 
 
 def _answer(function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> bytes:
-    """Return the pickled pair of value and error, one of them None."""
+    """Return a pickled pair: the value or None, and the error or None."""
     try:
-        # Pickled here, so that a value that cannot be pickled is an ordinary error.
+        # The value is pickled here, so that a value that cannot be pickled gives an ordinary error.
         return pickle.dumps((function(*args, **kwargs), None))
     except Exception as error:
-        # A traceback is not pickled; a note is, and is printed below it.
+        # Pickling drops the traceback but keeps notes, so the traceback is added as a note.
         story = "".join(traceback.format_exception(error))
         error.add_note(f"In the worker process:\n{story}")
         try:
@@ -177,18 +182,19 @@ def _answer(function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -
 
 
 def _leave_with_parent(folder: str, patience: float | None = None) -> None:
-    """End this process when the main process ends, even in the middle of a task."""
+    """End this process when the main process ends, even during a task."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     if not wait([parent.sentinel], timeout=patience):
         return
-    shutil.rmtree(folder, ignore_errors=True)  # a killed main process could not end it
+    # if the main process was killed, it could not end this process
+    shutil.rmtree(folder, ignore_errors=True)
     os._exit(1)
 
 
 @contextlib.contextmanager
 def sent(what: str, to: str, error: type[ChaincorError]) -> Iterator[None]:
-    """Raise `error` if pickling fails inside the block."""
+    """Replace an error in pickling inside the block by `error`."""
     try:
         yield
     except (pickle.PicklingError, AttributeError, TypeError) as reason:

@@ -1,4 +1,4 @@
-"""Show the progress of work: a bar on a terminal and in a notebook, a line per minute elsewhere."""
+"""Show the progress of work, by a bar on a terminal or in a notebook, or by a line per minute."""
 
 import contextlib
 import sys
@@ -12,10 +12,9 @@ from chaincor.analysis.showing.notebook import in_notebook, session_bar
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.reference.loops.processes import COMPILING
 
-# Function that is called after every few collisions; its arguments are their expected cost and
-# their number.
+# Function that is called after every few collisions with their expected cost and their number.
 PointProgress = Callable[[float, int], None]
-# Shorter work shows no progress.
+# No progress is shown for shorter work.
 _QUIET_SECONDS = 2.0
 _REFRESH_SECONDS = 0.25
 # Seconds between two lines in a log.
@@ -23,14 +22,14 @@ _LINE_SECONDS = 60.0
 
 
 class LineAMinute:
-    """Progress lines on standard error, one per minute, for logs."""
+    """Writer of one progress line per minute to standard error, for logs."""
 
     def __init__(self, seconds: float = _LINE_SECONDS) -> None:
         self._seconds = seconds
         self._started = self._last = time.monotonic()
 
     def tell(self, text: str) -> None:
-        """Write a line with the elapsed time if the last line is old enough."""
+        """Write a line with the elapsed time if a minute has passed since the last line."""
         now = time.monotonic()
         if now - self._last < self._seconds:
             return
@@ -47,10 +46,10 @@ def _bar_or_line(
     auto_refresh: bool = True,
 ) -> Iterator[Callable[..., None]]:
     """
-    Show a bar on a terminal, and lines in a file or in IPython.
+    Show a bar on a terminal, or lines in a file or in IPython.
 
-    Yields a function of the fraction done, the texts of bar and line, and the fields of columns.
-    `columns` makes columns from ``rich.progress``, which short runs never import.
+    The yielded function takes the finished fraction, the texts of bar and line, and the fields of
+    the columns. `columns` creates columns from ``rich.progress``, which short runs do not import.
     """
     from rich import progress
     from rich.console import Console
@@ -72,7 +71,11 @@ def _bar_or_line(
 
 @contextlib.contextmanager
 def study_progress() -> Iterator[Callable[[str, float], None]]:
-    """Show the progress of a study; yields a function of a part's name and the fraction done."""
+    """
+    Show the progress of a study.
+
+    The yielded function takes the name of the current part and the finished fraction.
+    """
     with _bar_or_line(
         LineAMinute(),
         lambda rich: (
@@ -86,7 +89,7 @@ def study_progress() -> Iterator[Callable[[str, float], None]]:
 
 @contextlib.contextmanager
 def reading_progress(file: Path) -> Iterator[Callable[[int], None] | None]:
-    """Show the progress of reading a file; yields a function of the position in it."""
+    """Show the progress of reading a file; the yielded function takes the position in the file."""
     size = file.stat().st_size if file.exists() else 0
     if size == 0:
         yield None
@@ -110,10 +113,12 @@ def reading_progress(file: Path) -> Iterator[Callable[[int], None] | None]:
 @contextlib.contextmanager
 def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[PointProgress]:
     """
-    Show the progress of many collisions; yields a function of the expected cost of each one.
+    Show the progress of many collisions.
 
-    The bar measures expected seconds, because the longest collisions come first and a bar of counts
-    would predict too late an end.
+    The yielded function takes the expected seconds and the number of finished collisions.
+
+    The bar measures expected seconds. The longest collisions come first, so a bar that counts
+    collisions would predict too late an end.
     """
     if not wanted or points == 0:
         yield lambda _cost, _number: None
@@ -163,11 +168,11 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[PointPro
 @contextlib.contextmanager
 def show_elapsed(expected: float, *, at_least: bool = False) -> Iterator[None]:
     """
-    Show the time that has passed, and the time expected, while a collision runs.
+    Show the elapsed time and the expected time while a collision runs.
 
-    Nothing is shown for the first two seconds. Without a terminal, a line is shown each minute. An
-    interrupt is reported with the `expected` seconds, since the collision then has no result.
-    `at_least` says that it may take several times as long.
+    Nothing is shown in the first two seconds. Without a terminal, a line is shown each minute. If
+    the user interrupts the collision, there is no result, and the message gives the `expected`
+    seconds. `at_least` means that the collision may take several times as long.
     """
     done, started = threading.Event(), time.monotonic()
     known = format_duration(expected)
@@ -198,7 +203,7 @@ def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
         return
     with _bar_or_line(
         line,
-        # The bar is short, so that the text beside it fits into 80 columns.
+        # The bar is short, so that bar and text fit into 80 columns.
         lambda rich: (
             rich.SpinnerColumn(),
             rich.BarColumn(10),
@@ -225,6 +230,6 @@ def _time_text(elapsed: float, expected: float, known: str, begin: str) -> str:
     if elapsed <= expected:
         return f"{begin}, {known} expected"
     if expected < _QUIET_SECONDS:
-        # The start-up takes long, not the collision.
+        # The start of the program takes this time, not the collision.
         return f"{begin}, of which the collision itself needs about {format_duration(expected)}"
     return f"{begin}, {format_duration(expected)} were expected; how much longer is not known"

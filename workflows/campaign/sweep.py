@@ -1,4 +1,4 @@
-"""Run sweeps from Python: axes over fields of a scene, and results as a data frame."""
+"""Run sweeps from Python, with axes over fields of a scene, and return a data frame."""
 
 import tempfile
 from collections.abc import Iterable
@@ -36,37 +36,37 @@ def sweep(
     **axes: Iterable[Any],
 ) -> "pandas.DataFrame":
     """
-    Carry out the collisions of crossed axes: ``sweep(Scene(), speed=[0.1, 0.2], particles=[10])``.
+    Carry out a sweep over crossed axes: ``sweep(Scene(), speed=[0.1, 0.2], particles=[10])``.
 
     Parameters
     ----------
     scene : Scene
         Base scene of all points.
     store : Store or path, optional
-        Store of the results, as for ``chaincor sweep``; by default none.
+        Store for the results, as for ``chaincor sweep``; by default the results are not stored.
     workers : int, optional
-        Number of processes; by default the number of cores. A script that calls this needs the
-        usual ``if __name__ == "__main__":``, because each worker is a fresh process.
+        Number of processes; by default the number of cores. A script that calls this function needs
+        the usual ``if __name__ == "__main__":``, because each worker is a new process.
     executor : concurrent.futures.Executor or distributed.Client, optional
-        Executor or Dask client that computes the collisions instead of new processes, as for
+        Executor or Dask client that replaces the new processes, as for
         :func:`~chaincor.workflows.collision.collide`.
     progress : bool
         Whether to show a progress bar, on a terminal or in a notebook.
     **axes
-        Fields of a scene, and the values of each; the last varies fastest.
+        Fields of a scene with their values. The last field varies fastest.
 
     Returns
     -------
     pandas.DataFrame
-        A row for each point, in their order: the fields of the axes, then the columns of a store.
-        If a collision has no result, ``failure`` says why.
+        One row for each point: the fields of the axes, then the columns of a store. If a collision
+        gave no result, the column ``failure`` says why.
 
     Raises
     ------
     SweepError
-        If an axis is no field of a scene, or has no values.
+        If an axis is no field of a scene or has no values.
     SceneError
-        If a point is no scene; no collision was started.
+        If a point has no valid scene. Then no collision was started.
     StoreError
         If the store cannot be used.
 
@@ -99,7 +99,7 @@ def sweep(
 
 
 def _listed(name: str, axis: Any) -> list[Any]:
-    """Return the values of an axis from a list, an array or a range."""
+    """Return the values on an axis as a list, from a list, an array or a range."""
     if hasattr(axis, "tolist"):
         axis = axis.tolist()
     if isinstance(axis, str | bytes | dict) or not isinstance(axis, Iterable):

@@ -1,4 +1,4 @@
-"""Read sweep files: a base scene, and axes over its fields, crossed or moving together."""
+"""Read sweep files, which give a base scene and axes over its fields."""
 
 import math
 import sys
@@ -29,25 +29,25 @@ _KEYS = ("scene", "axes", "zip", "store", "arrays", "details")
 _RANGE_KEYS = {"from", "to", "points", "step", "spacing"}
 _SPACINGS = ("linear", "log")
 _WHOLE = ("particles", "target_particles", *WHOLE_KEYS, "table_points")
-# Largest number of values of an axis whose values are whole numbers.
+# Largest number of values on an axis with whole numbers.
 _MOST_WHOLE = 10_000_000
-# Sequences of Python cannot be longer.
+# Python's sequences cannot be longer.
 _MOST_VALUES = 2**62
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep, read and checked."""
+    """Sweep that was read from a file and checked."""
 
-    scenes: SweepPoints  #: The points.
-    axes: dict[str, int]  #: Names of the axes, and the number of values of each.
-    store: Path  #: File of the results.
-    arrays: bool  #: Whether to keep contacts, mode energies and final states.
-    details: bool  #: Whether to keep the details of each result.
+    scenes: SweepPoints  #: Points of the sweep.
+    axes: dict[str, int]  #: Name of each axis, and its number of values.
+    store: Path  #: File for the results.
+    arrays: bool  #: Whether to store contacts, mode energies and final states.
+    details: bool  #: Whether to store the details of each result.
 
 
 def is_sweep(path: Path) -> bool:
-    """Return whether a file of a scene or a sweep holds a sweep."""
+    """Return whether a file describes a sweep instead of a scene."""
     return not {"scene", "axes"}.isdisjoint(read_scene_fields(path))
 
 
@@ -55,15 +55,18 @@ def read_sweep(path: Path | str) -> Sweep:
     """
     Read a sweep file, in TOML.
 
-    ``[scene]`` is the base; every key of ``[axes]`` is an axis, a list or a range ``{from, to,
-    points | step, spacing = "linear" | "log"}`` of a scene's field (of ``masses``: a list of lists;
-    of ``seed``: ``{from, to}``), or a list of tables that set several fields at once; an axis
-    ``parameters.a`` is one parameter of a formula. ``zip = [["particles", "speed"]]`` makes axes
-    move together; ``store`` is the file of the results, ``arrays`` keeps arrays, and ``details =
-    false`` drops the details of results. Relative paths start at the file's folder.
+    ``[scene]`` is the base scene, and each key in ``[axes]`` is an axis. The values of an axis are
+    a list, or a range ``{from, to, points | step, spacing = "linear" | "log"}``, of values for the
+    field with the name of the axis. An axis ``masses`` needs a list of lists, and a range of
+    ``seed`` is ``{from, to}``. The values can also be tables, each of which sets several fields. An
+    axis ``parameters.a`` sets one parameter of a formula.
 
-    Raises SweepError if an axis makes no sense, SceneError if the file cannot be read. A point that
-    is no scene raises SceneError when it is made.
+    ``zip = [["particles", "speed"]]`` makes axes move together. ``store`` is the file for the
+    results, ``arrays`` stores arrays, and ``details = false`` drops the details of results.
+    Relative paths start at the folder of the sweep file.
+
+    Raise SweepError if an axis is invalid, and SceneError if the file cannot be read. If a point
+    has no valid scene, SceneError is raised later, when its scene is created.
     """
     path = Path(path)
     fields = read_scene_fields(path)
@@ -112,10 +115,10 @@ def read_axes(
     listed: Callable[[str, Any], Any] = lambda _name, axis: axis,
 ) -> dict[str, Axis]:
     """
-    Return the fields that each value of each axis sets; SweepError for an invalid axis.
+    Return the fields that each value on each axis sets; raise SweepError for an invalid axis.
 
-    Keys that name files are refused, because all points would write to one file; `instead` is the
-    remedy in the message.
+    Keys that name files are refused, because all points would write to the same file. The message
+    then gives `instead` as the remedy.
     """
     _refuse_outputs({**base, **axes}, instead)
     values = {name: _axis_values(name, listed(name, axis)) for name, axis in axes.items()}
@@ -133,7 +136,7 @@ def _refuse_outputs(given: Mapping[str, Any], instead: str) -> None:
 
 def _axis_values(name: str, axis: Any) -> Axis:
     if isinstance(axis, list) and axis and all(isinstance(value, dict) for value in axis):
-        # Only this field has values that are tables.
+        # This is the only field whose values are tables.
         return [{name: value} for value in axis] if name == "parameters" else axis
     if name not in Scene.model_fields and not name.startswith(PARAMETER_AXIS):
         raise SweepError(
@@ -148,8 +151,8 @@ def _axis_values(name: str, axis: Any) -> Axis:
             "to, step}"
         )
     if name in MASSES_READ and any(isinstance(value, int | float) for value in axis):
-        # One value of such a key is a list itself. A plain list could mean one chain, or one mass
-        # per chain.
+        # A single value of such a key is itself a list. A list of numbers could therefore mean one
+        # chain, or one mass for each of several chains.
         raise SweepError(
             f"axis '{name}' is {axis!r}. Give a list of lists, such as [[1, 2], [1, 3]], or "
             "one value for all points under [scene]"
@@ -162,7 +165,7 @@ def _range_values(name: str, axis: dict[str, Any]) -> Sequence[float]:
         return SweepError(f"the range of axis '{name}' is {axis!r}. Give {wanted}")
 
     if name == "seed":
-        # Seeds are whole numbers, which a float cannot always hold.
+        # Seeds are whole numbers, and a float cannot represent all of them.
         ends = [axis[key] for key in ("from", "to") if key in axis]
         whole = all(isinstance(end, int) and not isinstance(end, bool) for end in ends)
         if not (len(ends) == len(axis) == 2 and whole and 0 <= ends[1] - ends[0] < _MOST_VALUES):
@@ -198,13 +201,13 @@ def _range_values(name: str, axis: dict[str, Any]) -> Sequence[float]:
 
 
 def _is_finite(value: Any) -> bool:
-    """Return whether a value is a finite number that a float can hold."""
+    """Return whether a value is a finite number that a float can represent."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return number and abs(value) <= sys.float_info.max
 
 
 def _groups(values: dict[str, Axis], together: Any) -> list[Axis]:
-    """Join the axes that move together; the others stay alone."""
+    """Group the axes that move together; each other axis is a group of its own."""
     if not isinstance(together, list) or not all(
         isinstance(group, list) and all(isinstance(name, str) for name in group)
         for group in together

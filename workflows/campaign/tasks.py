@@ -1,4 +1,4 @@
-"""Divide collisions into tasks of workers that take about a second each."""
+"""Divide collisions into tasks for workers that take about a second each."""
 
 import math
 from collections import Counter
@@ -12,14 +12,14 @@ from chaincor.workflows.campaign.carry_out import CollisionRequest, Task
 from chaincor.workflows.campaign.points import Point, scene_of
 from chaincor.workflows.store.row import row_key
 
-# Fields of a requested collision besides its place and scene.
+# Fields of a collision request, other than its place and its scene.
 Facts = tuple[float, Hashable, str, float | None, int]
 
-# Expected seconds of a task. This is long compared with the transfer to a worker, and short enough
-# that an interruption loses little.
+# Expected seconds of a task. A task should take long compared with its transfer to a worker, but an
+# interruption should lose little work.
 _TASK_SECONDS = 1.0
-# Tasks per task in flight in a short sweep, so that workers end together and sweeps with one store
-# share its collisions.
+# In a short sweep, the number of tasks is this multiple of the number in flight. Workers then end
+# at about the same time, and simultaneous sweeps with the same store share the work.
 _PARTS_EACH = 4
 # Largest number of collisions in a task.
 _MOST_TOGETHER = 4096
@@ -32,11 +32,11 @@ def requests_of(
     plans: Iterable[Plan] | None = None,
 ) -> list[CollisionRequest]:
     """
-    Return collisions with their expected seconds and, to be stored, their keys.
+    Return requests for collisions with their expected times and, for a store, their keys.
 
-    The plans of the scenes are made here if they are not given.
+    If `plans` are not given, the plans of the scenes are created here.
 
-    Raises SceneError for a point that is no scene, and if a scene to be stored has no key.
+    Raise SceneError if a point has no valid scene, or if a scene for a store has no key.
     """
     given = list(scenes)
     return with_facts(given, facts_of(given, stored=stored, plans=plans))
@@ -48,7 +48,7 @@ def facts_of(
     stored: bool = True,
     plans: Iterable[Plan] | None = None,
 ) -> list[Facts]:
-    """Return the results of `requests_of` without the scenes, for other processes."""
+    """Return the result of `requests_of` without the scenes, to send it to another process."""
     made = [scene_of(each) for each in scenes]
     foresee_frequency_ratio(each.problem for each in made if each.engine == "reference")
     if plans is None:
@@ -66,13 +66,13 @@ def facts_of(
 
 
 def with_facts(scenes: Sequence[Scene | Point], facts: Iterable[Facts]) -> list[CollisionRequest]:
-    """Return collisions from scenes and the results of :func:`facts_of`."""
+    """Return requests for collisions from scenes and the result of :func:`facts_of`."""
     both = enumerate(zip(scenes, facts, strict=True))
     return [CollisionRequest(place, scene, *known) for place, (scene, known) in both]
 
 
 def _shared_kind(scene: Scene, planned: Plan) -> Hashable:
-    """Return the kind of batch in a form that is the same in all processes."""
+    """Return the kind of a batch in a form that is equal in all processes."""
     kind = batch_kind(scene, planned)
     if kind is None:
         return None
@@ -82,9 +82,9 @@ def _shared_kind(scene: Scene, planned: Plan) -> Hashable:
 
 def with_batches(asked: Sequence[CollisionRequest], weight: float = 1.0) -> list[CollisionRequest]:
     """
-    Return collisions with the expected seconds that they take in batches, if there are enough.
+    Return requests with shorter expected times if enough collisions can run in batches.
 
-    `weight` is the number of collisions that each one stands for, as in a sample.
+    In a sample, each collision stands for `weight` collisions.
     """
     counts = Counter(each.kind for each in asked if each.kind is not None)
     few = {kind for kind, count in counts.items() if count * weight < LEAST_TOGETHER}
@@ -100,12 +100,12 @@ def tasks_of(
     asked: Sequence[CollisionRequest], parts: int, whole: float | None = None
 ) -> list[Task]:
     """
-    Divide collisions into tasks of about a second, batches first, then the longest.
+    Divide collisions into tasks of about a second, with batches first, then the longest tasks.
 
-    A task holds collisions of one kind, or single ones of similar cost. A few collisions are
-    divided into several tasks for each of `parts` tasks in flight; they are few by the expected
-    seconds of the `whole` sweep, by default of these collisions. Results do not depend on the
-    division.
+    A task contains collisions that form one batch, or single collisions of similar cost. `whole` is
+    the expected time of the whole sweep, in seconds, by default that of these collisions. If it is
+    short, the sweep is divided into several tasks for each of the `parts` tasks in flight. Results
+    do not depend on the division.
     """
     kinds: dict[Hashable, Task] = {}
     for each in with_batches(asked):
@@ -123,13 +123,17 @@ def tasks_of(
 
 
 def turn(task: Task) -> tuple[bool, int]:
-    """Return a sort key: batches first, then the longest; costs are known to a factor of two."""
+    """
+    Return a sort key: batches first, then the longest.
+
+    Costs are known only within a factor of two.
+    """
     alone = task[0].kind is None
     return alone, -round(math.log2(max(task[0].cost, 1e-9))) if alone else 0
 
 
 def _similar(asked: Sequence[CollisionRequest], seconds: float) -> list[Task]:
-    """Divide single collisions into tasks that take at most some seconds, or hold one collision."""
+    """Divide single collisions into tasks of at most some seconds, or of one long collision."""
     tasks: list[Task] = []
     room = 0.0
     for each in asked:

@@ -1,4 +1,4 @@
-"""Carry out collisions inside a worker, from scenes to results."""
+"""Carry out the collisions of a task inside a worker."""
 
 import math
 import threading
@@ -21,14 +21,14 @@ from chaincor.workflows.result import Collision
 from chaincor.workflows.result_of import result_of
 from chaincor.workflows.store.row import Row
 
-# A collision that is expected to take longer than a day is refused by default.
+# By default, a collision is refused if it is expected to take longer than a day.
 MOST_SECONDS = 86400.0
-# A Dask worker may have several threads; LAMMPS is not made for several at once in one process.
+# A Dask worker may have several threads, but LAMMPS supports only one run at a time in a process.
 _one_at_a_time = threading.Lock()
 
 
 def collide_one(scene: Scene, most_seconds: float, planned: Plan) -> Collision:
-    """Carry out a planned collision, see :func:`chaincor.workflows.collision.collide`."""
+    """Carry out a planned collision as in :func:`chaincor.workflows.collision.collide`."""
     started = time.perf_counter()
     asked = planned.tolerance
     with limited_to(most_seconds):
@@ -59,13 +59,13 @@ def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
 
 def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None]:
     """
-    Carry out the collisions of one task inside a worker: batches, and single ones.
+    Carry out the collisions of one task inside a worker, in batches if possible.
 
-    Named failures are returned, and so are failures of the machine: no memory, no room for files.
-    If a batch fails, each collision must be computed alone and gets its own error. Other errors are
-    errors of the program or of the user's own bond; they are raised.
+    Named failures are returned in place of a result, and so are failures of the machine, such as a
+    lack of memory or disk space. If a batch fails, each collision must be computed alone and gets
+    its own error. Other errors, which come from the program or the user's own bond, are raised.
 
-    Raises MissingLibraryError if no collision at all can be run here.
+    Raise MissingLibraryError if no collision can be run on this machine.
     """
     found: list[Collision | Exception | None] = [None] * len(scenes)
     with _one_at_a_time:
@@ -78,7 +78,11 @@ def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None
 
 
 def _try_together(scenes: Sequence[Scene]) -> Sequence[Collision | None]:
-    """Return the results of a batch; nothing if it fails, and each must be computed in a task."""
+    """
+    Return the results of a batch.
+
+    The list is empty if the batch fails. Then each collision must be computed in its own task.
+    """
     try:
         return collide_together(scenes)
     except MissingLibraryError:
@@ -89,7 +93,7 @@ def _try_together(scenes: Sequence[Scene]) -> Sequence[Collision | None]:
 
 def _try_one(scene: Scene, planned: Plan) -> Collision | Exception:
     try:
-        # The cost of many collisions is checked once for all; no single one is refused.
+        # The cost of many collisions is checked once for all of them, and no single one is refused.
         return collide_one(scene, math.inf, planned)
     except MissingLibraryError:
         raise
@@ -98,7 +102,7 @@ def _try_one(scene: Scene, planned: Plan) -> Collision | Exception:
 
 
 def collide_to_rows(scenes: Sequence[Scene | Point], *, details: bool = True) -> list[Row | None]:
-    """Carry out collisions as :func:`collide_scenes`, and make rows for a store in the worker."""
+    """Carry out collisions by :func:`collide_scenes`, and create the rows for a store."""
     made = [scene_of(each) for each in scenes]
     found = zip(collide_scenes(made), made, strict=True)
     rows = [None if each is None else Row.of(each).of_scene(scene) for each, scene in found]
