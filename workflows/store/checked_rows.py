@@ -15,13 +15,14 @@ from chaincor.workflows.store.schema import (
 )
 
 KEY = "collision_sha256"
-# All numbers of scenes and results are smaller. Slightly larger ones overflow axes of figures.
+# All numbers in scenes and results are smaller. Slightly larger numbers overflow the axes of
+# figures.
 _LARGEST = 1e306
 _LARGEST_WHOLE = 2**53
-# Far more characters than the longest JSON of a scene or result has.
+# The JSON of a scene or result is always far shorter than this number of characters.
 _LONGEST_JSON = 10_000_000
 _DECLARATION = re.compile(r'^ +"?(\w+)"? (TEXT|INTEGER|REAL)( NOT NULL)?', re.MULTILINE)
-# Declared type of each column, and whether it must have a value.
+# Declared type of each column, and whether the column must have a value.
 DECLARED = {
     name: (kind, bool(not_null)) for name, kind, not_null in _DECLARATION.findall(MIGRATIONS[0][1])
 }
@@ -33,9 +34,9 @@ def check_rows(
     """
     Check the values of some columns of a store.
 
-    `names` are names of columns, including ``scene``, ``versions`` and ``has_arrays``, or of values
-    that a query extracts from the scene. `keys` identify the rows. Raises StoreError, with row and
-    column, for a value that chaincor does not write.
+    `names` names columns, including ``scene``, ``versions`` and ``has_arrays``, or values that a
+    query extracts from the scene. `keys` identify the rows. If chaincor never writes a value like
+    the one found, raise StoreError, which names row and column.
     """
     for k, name in enumerate(names):
         check = _check_of(name)
@@ -48,7 +49,11 @@ def check_rows(
 
 
 def _check_of(name: str) -> Callable[[Any], str | None]:
-    """Return a function that describes a wrong value of a column, and returns None for others."""
+    """
+    Return a function that describes a wrong value in a column.
+
+    For a valid value, the function returns None.
+    """
     if name == "scene":
         return lambda value: _wrong_json(value, _is_scene)
     if name == "versions":
@@ -93,7 +98,7 @@ def _shown(value: Any) -> str:
 
 
 def _wrong_json(value: Any, is_right: Callable[[dict[str, Any]], bool]) -> str | None:
-    """Return a description of a value that is not the expected JSON object, else None."""
+    """Describe a value that is not the expected JSON object; return None if it is."""
     if not isinstance(value, str):
         return _shown(value)
     try:
@@ -108,7 +113,7 @@ def _is_versions(read: dict[str, Any]) -> bool:
 
 
 def _is_scene(read: dict[str, Any]) -> bool:
-    """Return whether an object has a velocity, and only values of types that scenes have."""
+    """Return whether an object has a velocity, and only values of types that occur in scenes."""
     return _is_number(read.get("velocity")) and all(map(_is_scene_value, read.values()))
 
 

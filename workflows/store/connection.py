@@ -1,4 +1,4 @@
-"""Open the file of a results store, and turn errors of SQLite into named errors."""
+"""Open the file of a results store, and turn SQLite's errors into named errors."""
 
 import contextlib
 import sqlite3
@@ -15,7 +15,7 @@ from chaincor.workflows.store.schema import (
     TABLE_COLUMNS,
 )
 
-# Longest wait for other sweeps that write. One write takes milliseconds.
+# Longest wait while other sweeps write. One write takes milliseconds.
 LOCK_SECONDS = 60.0
 
 
@@ -23,13 +23,13 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
     """
     Open a results store. Create it or migrate it to the newest schema if necessary.
 
-    SQLite's defaults are kept: a rollback journal and a sync at every commit. A write-ahead log
-    would save about a millisecond per row. But it needs shared memory, which network file systems
-    of clusters do not have, and it leaves files beside the store.
+    The connection uses SQLite's defaults: a rollback journal, and a sync at every commit. A
+    write-ahead log would save about a millisecond per row. But it leaves files beside the store,
+    and needs shared memory, which network file systems on clusters lack.
 
-    The connection is in autocommit mode. With `read_only` the store must exist and cannot change.
-    Raises StoreError if this version cannot use the file, and StoreWriteError if a new or older
-    store cannot be written.
+    The connection is in autocommit mode. If `read_only` is true, the store must exist and cannot be
+    changed. Raise StoreError if this version of chaincor cannot use the file, and StoreWriteError
+    if a new or older store cannot be written.
     """
     if read_only and not path.exists():
         raise StoreError(
@@ -45,7 +45,7 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             address(path, mode), uri=True, timeout=LOCK_SECONDS, isolation_level=None
         )
         try:
-            # A transaction, because another process may create the store between two reads.
+            # The transaction prevents that another process creates the store between two reads.
             with transaction(connection, "BEGIN", "ROLLBACK"):
                 version = _version(connection, path)
             if version < SCHEMA_VERSION:
@@ -58,7 +58,11 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
 
 
 def address(path: Path, mode: str) -> str:
-    """Return SQLite's URI of a file; mode ``ro`` only reads it, ``rwc`` writes or creates it."""
+    """
+    Return SQLite's URI for a file.
+
+    Mode ``ro`` only reads the file, and ``rwc`` writes or creates it.
+    """
     return f"file:{quote(str(path.absolute()))}?mode={mode}"
 
 
@@ -84,8 +88,8 @@ def _refuse_other_schema(connection: sqlite3.Connection, path: Path) -> None:
     """
     Refuse a store with views, triggers, virtual tables, computed columns or missing columns.
 
-    Views, triggers and computed columns run queries of their own, which may never end. Raises
-    StoreError with the first such object.
+    Views, triggers and computed columns run their own queries, which may never end. Raise
+    StoreError, which names the first such object.
     """
     others = "type IN ('view', 'trigger') OR sql LIKE 'CREATE VIRTUAL%'"
     found = connection.execute(f"SELECT type, name FROM sqlite_master WHERE {others}").fetchall()
@@ -111,7 +115,8 @@ def _migrate(connection: sqlite3.Connection, path: Path, read_only: bool) -> Non
             "it can be brought up to date"
         )
     with transaction(connection):
-        # Read the version again: another process may have migrated the store in the meantime.
+        # The version is read again, because another process may have migrated the store in the
+        # meantime.
         for statements in MIGRATIONS[_version(connection, path) :]:
             for statement in statements:
                 connection.execute(statement)
@@ -123,16 +128,21 @@ def _migrate(connection: sqlite3.Connection, path: Path, read_only: bool) -> Non
 def transaction(
     connection: sqlite3.Connection, begin: str = "BEGIN IMMEDIATE", end: str = "COMMIT"
 ) -> Iterator[None]:
-    """Run a block in a transaction, on a connection in autocommit mode; roll back on errors."""
+    """
+    Run a block in a transaction, and roll back on errors.
+
+    The connection must be in autocommit mode.
+    """
     if connection.in_transaction:
-        # Ctrl-C may have come after an earlier transaction began and before its `try` block.
+        # An earlier transaction may still be open, if Ctrl-C arrived between its beginning and its
+        # `try` block.
         connection.execute("ROLLBACK")
     try:
         connection.execute(begin)
         yield
         connection.execute(end)
     except BaseException:
-        # If the disk is full, SQLite has already rolled back.
+        # If the disk was full, SQLite has already rolled back.
         if connection.in_transaction:
             connection.execute("ROLLBACK")
         raise
@@ -140,7 +150,7 @@ def transaction(
 
 @contextlib.contextmanager
 def named_errors(path: Path) -> Iterator[None]:
-    """Turn errors of SQLite into StoreError, or into StoreWriteError if a write is impossible."""
+    """Turn SQLite's errors into StoreError, or into StoreWriteError if writing is impossible."""
     try:
         yield
     except sqlite3.Error as error:

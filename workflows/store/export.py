@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import pandas
 
 _KINDS = {"TEXT": str, "INTEGER": int, "REAL": float, "int": int, "float": float, "str": str}
-# Number of rows that a Parquet file holds together, and that are in memory at a time.
+# Number of rows in one group of a Parquet file, and in memory at a time.
 _ROW_GROUP = 100_000
 
 
@@ -36,10 +36,10 @@ def export_store(store: Store | StoreSet, path: Path, rows_per_file: int | None 
     Write all rows to ``.csv`` or ``.parquet``, and return their number.
 
     Rows are sorted by potential, particles and velocity, and are not kept in memory. The file
-    appears when it is complete. With `rows_per_file`, `path` is a new folder for files of at most
-    that many rows. Raises StoreError for another file extension, or without the library for
-    Parquet. Raises InputError if the file exists and is not an earlier export, or if the folder
-    exists.
+    appears when it is complete. If `rows_per_file` is given, `path` is a new folder for files with
+    at most this number of rows. Raise StoreError if the file has another extension, or if the
+    library for Parquet is missing. Raise InputError if the file exists and is no earlier export, or
+    if the folder exists.
     """
     if path.suffix not in (".csv", ".parquet"):
         raise StoreError(
@@ -79,7 +79,7 @@ def _write_csv(rows: Iterable[tuple], file: Path) -> int:
 
 
 def _parquet_writer() -> Callable[[Iterable[tuple], Path], int]:
-    """Return a function that writes rows to Parquet. Raises StoreError without pyarrow."""
+    """Return a function that writes rows to Parquet; raise StoreError if pyarrow is missing."""
     try:
         import pyarrow as pa
         from pyarrow import parquet
@@ -110,7 +110,7 @@ def _parquet_writer() -> Callable[[Iterable[tuple], Path], int]:
 
 
 def _kind_of(column: str) -> type:
-    """Return the type of a column in an export; lists, paths and formulas are text."""
+    """Return the type of a column in an export; lists, paths and formulas are exported as text."""
     if column in FLAG_COLUMNS:
         return bool
     observable = OBSERVABLES.get(column)
@@ -119,7 +119,7 @@ def _kind_of(column: str) -> type:
         return _KINDS[kind]
     field = Scene.model_fields.get(column)
     annotation = None if field is None else field.annotation
-    # An optional number, or a number with conditions.
+    # The annotation is an optional number, or a number with conditions.
     given = [get_args(each)[0] for each in get_args(annotation) if get_origin(each) is Annotated]
     return next((each for each in given if each in (int, float)), str)
 
@@ -128,8 +128,8 @@ def export_crate(store: Store | StoreSet, folder: Path) -> int:
     """
     Write all rows to ``results.csv`` in an RO-Crate folder, and return their number.
 
-    Raises MissingLibraryError without the library rocrate. Raises InputError if the folder holds
-    something other than an earlier export.
+    Raise MissingLibraryError if the library rocrate is missing. Raise InputError if the folder
+    contains anything but an earlier export.
     """
     require_rocrate()
     table = folder / "results.csv"
@@ -167,7 +167,7 @@ def to_pandas(store: Store | Path | str | Sequence[Path | str]) -> "pandas.DataF
     Parameters
     ----------
     store : Store or path or sequence of paths
-        The store, its file, or several files and folders of shards that are read as one store.
+        An open store, its file, or several files and folders that are read as one store.
 
     Returns
     -------
@@ -200,7 +200,7 @@ def to_pandas(store: Store | Path | str | Sequence[Path | str]) -> "pandas.DataF
 
 
 def require_pandas() -> Any:
-    """Import and return pandas. Raises StoreError if it is missing."""
+    """Import and return pandas; raise StoreError if pandas is missing."""
     try:
         import pandas as pd
     except ImportError:

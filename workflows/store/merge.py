@@ -1,4 +1,4 @@
-"""Merge stores, such as the parts from the tasks of a job array."""
+"""Merge stores, for example those from the tasks of a job array."""
 
 import json
 from collections.abc import Sequence
@@ -11,12 +11,13 @@ from chaincor.workflows.store.connection import address, named_errors, transacti
 from chaincor.workflows.store.results_store import STANDINGS, Store
 from chaincor.workflows.store.writing import update_row, upsertion
 
-# Rows that both the target (`main`) and the store to be merged (`source`) have, in one order.
+# Rows that exist both in the target (`main`) and in the store to be merged (`source`), in a fixed
+# order.
 _BOTH = """
     WHERE collision_sha256 IN (SELECT collision_sha256 FROM {0}.collisions)
     ORDER BY collision_sha256
 """
-# Rows to copy from `source`: all except those that do not replace a row of `main`.
+# Rows to copy from `source`: all but those that lose against a row in `main`.
 _TAKEN = "WHERE collision_sha256 NOT IN (SELECT value FROM json_each(:staying))"
 _CHOSEN = " AND collision_sha256 IN (SELECT value FROM json_each(:chosen))"
 _ENVIRONMENT = """
@@ -26,13 +27,13 @@ _ENVIRONMENT = """
 
 
 class MergedRows(NamedTuple):
-    """Counts of a merge."""
+    """Numbers of rows after a merge."""
 
-    rows: int  #: Rows of the target afterwards.
-    added: int  #: Rows that the target did not have.
-    replaced: int  #: Rows of the target whose new result has a smaller error.
-    equal: int  #: Rows of both stores of which neither replaces the other.
-    kept: int  #: Rows of the target with a smaller error than the new result.
+    rows: int  #: Rows in the target after the merge.
+    added: int  #: Rows that the target lacked before.
+    replaced: int  #: Rows that were replaced because the new result has a smaller error.
+    equal: int  #: Rows in both stores for which neither result replaces the other.
+    kept: int  #: Rows that were kept because the new result has a larger error.
 
     def __str__(self) -> str:
         return (
@@ -43,14 +44,16 @@ class MergedRows(NamedTuple):
 
 def merge_stores(target: Path, sources: list[Path]) -> MergedRows:
     """
-    Copy the rows of some stores into another; if both have a row, the smaller error stays.
+    Copy the rows of some stores into another.
 
-    A missing target is created. Each source is copied in one transaction, so that no source is
-    copied in part after a StoreWriteError. Raises StoreError before any copy if a store cannot be
-    used, or if a source is the target.
+    If both stores have a row, the result with the smaller error stays.
+
+    A missing target is created. Each source is copied in one transaction, so a StoreWriteError
+    never leaves a partial copy. Raise StoreError before any copy if a store cannot be used, or if a
+    source is the target.
     """
     for source in sources:
-        # samefile also finds links to the target.
+        # samefile also recognizes links to the target.
         if source.exists() and target.exists() and source.samefile(target):
             raise StoreError(f"{source} cannot be merged into itself. Give another store")
         _check_whole(source)
@@ -65,7 +68,7 @@ def merge_stores(target: Path, sources: list[Path]) -> MergedRows:
 
 
 def _check_whole(source: Path) -> None:
-    """Check every page of a source, so that later errors can only come from the target."""
+    """Check every page of a source. Later errors can then come only from the target."""
     with Store(source, read_only=True) as store:
         ((found,), *_) = store.select("PRAGMA quick_check(1)")[1]
     if found != "ok":
@@ -80,11 +83,11 @@ def copy_rows(
     source: Store, target: Store, keys: Sequence[str] | None = None
 ) -> tuple[int, int, int]:
     """
-    Copy the rows of a store, or those with some `keys`, into another in one transaction.
+    Copy all rows of a store, or the rows with some `keys`, into another in one transaction.
 
-    If both stores have a row, :meth:`~chaincor.workflows.store.row.Row.yields_to` decides which
-    one stays. Returns the numbers of such rows that were replaced, equal, and kept. Raises
-    StoreWriteError, and copies nothing, if the target cannot be written.
+    If both stores have a row, :meth:`~chaincor.workflows.store.row.Row.yields_to` decides which row
+    stays. Return how many of the rows in both stores were replaced, equal, and kept. If the target
+    cannot be written, raise StoreWriteError and copy nothing.
     """
     with named_errors(target.path):
         target.connection.execute("ATTACH ? AS source", (address(source.path, "ro"),))
@@ -96,7 +99,7 @@ def copy_rows(
 
 
 def _copy_from_source(target: Store, keys: Sequence[str] | None) -> tuple[int, int, int]:
-    # SQL copies the unchanged rows: Python takes five times as long.
+    # Rows that need no change are copied by SQL. Python would take five times as long.
     replaced = equal = kept = 0
     staying: list[str] = []
     changes: dict[str, dict[str, Any]] = {}

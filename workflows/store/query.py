@@ -1,4 +1,4 @@
-"""Query a store for tables and plots: columns, conditions and order."""
+"""Query a store: select columns and rows, and sort them."""
 
 import heapq
 import itertools
@@ -21,7 +21,7 @@ from chaincor.workflows.store.schema import (
 )
 from chaincor.workflows.store.store_set import StoreSet
 
-# Largest integer of SQLite.
+# Largest integer in SQLite.
 _MOST_ROWS = 2**63 - 1
 # Number of rows that are read and checked at a time.
 _CHECKED = 1000
@@ -45,29 +45,30 @@ def query_rows(
     store : Store or StoreSet
         The store, or several stores that are read as one.
     columns : sequence of str
-        Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, or ``scene``, the JSON
+        Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, or ``scene`` for the JSON
         text of the canonical scene. ``parameters.a`` is the parameter a of a formula. ``masses.2``
-        is the mass of particle 2 of the chain, counted from the contact outward.
+        is the mass of the chain's particle 2, where particle 1 makes the contact.
         ``target_masses.1`` is the mass of the target's first particle.
     where : sequence of str
-        Conditions that must all hold, such as ``potential=lj`` or ``speed<=0.5``. An empty value,
-        as in ``failure=``, matches rows without that field. Text is compared character by
-        character: ``finished>2026-11`` holds for later dates.
+        Conditions on the rows, such as ``potential=lj`` or ``speed<=0.5``. All of them must be
+        fulfilled. An empty value, as in ``failure=``, matches rows without a value in this column.
+        Text is compared character by character, so ``finished>2026-11`` matches later dates.
     order : sequence of str
-        Columns to sort by. A ``-`` before a name sorts the largest first.
+        Columns by which the rows are sorted. With ``-`` before a name, the largest value comes
+        first.
     limit : int, optional
         Largest number of rows to return.
 
     Returns
     -------
     list of tuple
-        Values of the columns, one tuple for each row.
+        One tuple for each row, with the values in the columns.
 
     Raises
     ------
     StoreError
-        If there is no such column, a condition cannot be read, a column of numbers is compared with
-        text, or a row holds a value that chaincor does not write.
+        If a column does not exist, if a condition cannot be read, if a column of numbers is
+        compared with text, or if a row has a value that chaincor never writes.
     """
     return [*iterate_rows(store, columns, where=where, order=order, limit=limit)]
 
@@ -80,7 +81,7 @@ def iterate_rows(
     order: Sequence[str] = (),
     limit: int | None = None,
 ) -> Iterator[tuple[Any, ...]]:
-    """Yield the rows of :func:`query_rows` without keeping them."""
+    """Yield the rows of :func:`query_rows` without keeping them in memory."""
     parts = store.parts()
     streams = [_rows_of(part, columns, where, order, limit) for part in parts]
     if len(parts) == 1:
@@ -98,7 +99,7 @@ def _rows_of(
     order: Sequence[str],
     limit: int | None,
 ) -> Iterator[tuple[tuple[Any, ...], tuple[Any, ...]]]:
-    """Yield the rows of one store, each with the values by which it is sorted."""
+    """Yield the rows of one store, each with its sort key."""
     store = part.store
     conditions, values = _conditions(part, where)
     sorting = [_quoted(name.removeprefix("-")) for name in order]
@@ -120,7 +121,7 @@ def _rows_of(
 
 
 class _Descending:
-    """Rank of a value in a column that is sorted from the largest."""
+    """Sort key of a value in a column that is sorted in descending order."""
 
     def __init__(self, rank: tuple[int, Any]) -> None:
         self.rank = rank
@@ -135,7 +136,7 @@ class _Descending:
 
 
 def _rank(values: Sequence[Any], descending: Sequence[bool]) -> list[Any]:
-    """Return a sort key in SQLite's order: nothing, numbers, text, bytes."""
+    """Return a sort key for SQLite's order: null, numbers, text, bytes."""
     ranks = []
     for value, reverse in zip(values, descending, strict=True):
         kind = 0 if value is None else 1 if isinstance(value, int | float) else 2
@@ -145,7 +146,7 @@ def _rank(values: Sequence[Any], descending: Sequence[bool]) -> list[Any]:
 
 
 def count_rows(store: Store | StoreSet, where: Sequence[str] = ()) -> int:
-    """Count the rows that fulfil conditions, written as for :func:`query_rows`."""
+    """Count the rows that fulfil conditions, which are written as for :func:`query_rows`."""
     count = 0
     for part in store.parts():
         conditions, values = _conditions(part, where)
@@ -178,9 +179,9 @@ def _conditions(part: Part, where: Sequence[str]) -> tuple[str, list[Any]]:
 
 def _number(text: str, name: str, value: str) -> float:
     """
-    Return the number in a condition on a column of numbers.
+    Return the number with which a condition compares a column.
 
-    Raises StoreError for text, because SQLite sorts text above all numbers.
+    Raise StoreError for text, because SQLite regards text as larger than all numbers.
     """
     if name in FLAG_COLUMNS and value.lower() in ("true", "false"):
         return float(value.lower() == "true")
@@ -193,7 +194,7 @@ def _number(text: str, name: str, value: str) -> float:
     return number
 
 
-# Mass of one particle: body, and index of the particle, counted from 1.
+# Column with the mass of one particle: the body, and the particle's index, counted from 1.
 ONE_MASS = re.compile(r"(masses|target_masses)\.([1-9]\d{0,7})")
 
 
@@ -214,7 +215,8 @@ def _mass(masses: str, particle: int) -> str:
     """
     Return the SQL expression of the mass of one particle.
 
-    A shorter list of masses repeats. A chain without masses has masses of 1.
+    If the list of masses is shorter than the chain, it repeats. If there is no list, all masses are
+    1.
     """
     place = f"'$.{masses}[' || ({particle - 1} % json_array_length(scene, '$.{masses}')) || ']'"
     body, absent = ("particles", "1.0") if masses == "masses" else ("target_particles", "NULL")

@@ -1,4 +1,4 @@
-"""Results store: one SQLite file with one row for each collision."""
+"""Read and write a results store, an SQLite file with one row for each collision."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -20,12 +20,12 @@ _HAS_ARRAYS = (
     "EXISTS (SELECT 1 FROM {0}.arrays AS kept "
     "WHERE kept.collision_sha256 = collisions.collision_sha256) AS has_arrays"
 )
-# Columns that decide whether a collision must be run, and which of two rows stays.
+# These columns decide whether a collision must be run, and which of two rows stays.
 STANDINGS = f"""
     SELECT collision_sha256, restitution, restitution_error, tolerance, failure_tolerance,
     failure_stands, tries, finished, {_HAS_ARRAYS} FROM {{0}}.collisions
 """
-# Largest number of keys in one query. Older versions of SQLite accept 999 values.
+# Largest number of keys in one query. Older versions of SQLite accept up to 999 values.
 _MOST_KEYS = 500
 _ROW = f"""
     SELECT collisions.*, environments.versions, {_HAS_ARRAYS.format("main")}
@@ -37,18 +37,19 @@ _ARRAYS = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
 
 class Store:
     """
-    A results store in one SQLite file.
+    Results store in one SQLite file.
 
-    One row holds one collision for all tolerances: the result with the smallest error stays
-    (:meth:`~chaincor.workflows.store.row.Row.yields_to`). Every write is its own transaction, so
-    that a killed program leaves only complete rows.
+    Each row describes one collision. Requests that differ only in their tolerance share a row,
+    which keeps the result with the smallest error
+    (:meth:`~chaincor.workflows.store.row.Row.yields_to`). Every write is its own transaction, so a
+    killed program leaves only complete rows.
 
     Parameters
     ----------
     path : pathlib.Path or str
         The file. It is created if it does not exist.
     read_only : bool
-        Whether to refuse all changes.
+        Whether the store refuses all changes.
 
     Attributes
     ----------
@@ -60,7 +61,7 @@ class Store:
     Raises
     ------
     StoreError
-        If this version cannot use the file as a store.
+        If this version of chaincor cannot use the file as a store.
     StoreWriteError
         If the file cannot be written.
 
@@ -93,7 +94,7 @@ class Store:
 
     def get(self, scene: Scene, *, arrays: bool = False) -> Row | None:
         """
-        Return the row of a scene, or None if the scene must be computed.
+        Return the row of a scene; None if the scene must be computed.
 
         A scene must be computed if it has no result, if the result is not accurate enough, or if
         requested arrays are missing.
@@ -103,14 +104,14 @@ class Store:
         return self.find(scene, arrays=arrays) if enough else None
 
     def find(self, scene: Scene, *, arrays: bool = False) -> Row | None:
-        """Return the row of a scene, whatever its accuracy, even if it failed; None without one."""
+        """Return the row of a scene, even if it is inaccurate or a failure; None without a row."""
         key = row_key(scene)
         rows = self.read(_ROW, (key,))
         if not rows:
             return None
         (found,) = rows
         try:
-            _ = found.scene, found.result  # reads the JSON now, to find damage
+            _ = found.scene, found.result  # reads the JSON now to detect damage
         except (TypeError, ValueError) as error:
             raise StoreError(
                 f"the row collision_sha256={key} of {self.path} is damaged ({error}). Run the "
@@ -129,7 +130,11 @@ class Store:
             ) from None
 
     def read(self, query: str, parameters: Sequence[Any] = ()) -> list[Row]:
-        """Return the checked rows of a query that selects the key among its columns."""
+        """
+        Run a query, check its rows, and return them.
+
+        The columns of the query must include the key.
+        """
         names, rows = self.select(query, parameters)
         place = names.index(KEY)
         check_rows(self.path, names, rows, [row[place] for row in rows])
@@ -137,14 +142,14 @@ class Store:
 
     def standings(self, scenes: Sequence[Scene]) -> list[Row | None]:
         """
-        Return a row of each scene with the columns that decide whether it must be run.
+        Return the row of each scene with only the columns that decide whether it must be run.
 
-        The result has None for a scene without a row.
+        For a scene without a row, the result contains None.
         """
         return self.standings_of([row_key(scene) for scene in scenes])
 
     def standings_of(self, keys: Sequence[str]) -> list[Row | None]:
-        """Return the same as :meth:`standings`, for keys of rows."""
+        """Return the rows of :meth:`standings` for given keys."""
         found: dict[str, Row] = {}
         for begin in range(0, len(keys), _MOST_KEYS):
             part = keys[begin : begin + _MOST_KEYS]
@@ -154,34 +159,39 @@ class Store:
         return [found.get(key) for key in keys]
 
     def check_writable(self) -> None:
-        """Raise an error if the store cannot be written, before hours of computation are lost."""
+        """
+        Raise an error if the store cannot be written.
+
+        This check avoids that hours of computation are lost.
+        """
         with named_errors(self.path), transaction(self.connection, end="ROLLBACK"):
-            # SQLite lets a transaction begin on a read-only file, but refuses the first change.
+            # In a read-only file, SQLite allows a transaction but refuses the first change.
             self.connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
     def version(self) -> int:
-        """Return a number that changes when another program has written the store."""
+        """Return a number that changes when another program writes to the store."""
         with named_errors(self.path):
             return self.connection.execute("PRAGMA data_version").fetchone()[0]
 
     def record(
         self, found: Iterable[tuple[Scene, Row]], *, arrays: bool = False, replace: bool = False
     ) -> None:
-        """Write the results or failures of scenes as :meth:`write` does."""
+        """Write the results or failures of scenes by :meth:`write`."""
         self.write([row.of_scene(scene) for scene, row in found], arrays=arrays, replace=replace)
 
     def write(self, rows: Sequence[Row], *, arrays: bool = False, replace: bool = False) -> None:
         """
-        Write rows with the columns of their scenes in one transaction.
+        Write rows in one transaction.
 
-        :meth:`~chaincor.workflows.store.row.Row.yields_to` decides which result stays. With
-        `replace`, a result replaces an older one whose tolerance is not tighter. Raises
-        StoreWriteError, and writes nothing, if the store cannot be written.
+        The rows must have the columns of their scenes.
+        :meth:`~chaincor.workflows.store.row.Row.yields_to` decides which result stays. If `replace`
+        is true, a new result replaces an older one unless the older tolerance is tighter. If the
+        store cannot be written, raise StoreWriteError and write nothing.
         """
         write_rows(self, rows, arrays=arrays, replace=replace)
 
     def parts(self) -> "list[Part]":
-        """Return this store, as a list of one part of a :class:`StoreSet`."""
+        """Return a list with this store as the only part, as in a :class:`StoreSet`."""
         return [Part(self)]
 
     def select(
@@ -195,14 +205,14 @@ class Store:
         query : str
             A SELECT statement.
         parameters : sequence or dict
-            Values for its placeholders.
+            Values for the placeholders of the query.
 
         Returns
         -------
         columns : list of str
             Names of the columns.
         rows : list of tuple
-            Values of each row.
+            Values in each row.
         """
         with named_errors(self.path):
             cursor = self.connection.execute(query, parameters)
@@ -210,8 +220,8 @@ class Store:
 
 
 class Part(NamedTuple):
-    """Store among several that are read as one."""
+    """One of several stores that are read as one."""
 
     store: Store
-    #: SQL condition on the rows that count: of a row in several stores, only the best one.
+    #: SQL condition that excludes rows for which another store has a better row.
     condition: str = ""

@@ -1,4 +1,4 @@
-"""Row of a results store: the result or the failure of one collision."""
+"""Represent a row of a results store: the result or failure of one collision."""
 
 import io
 import json
@@ -27,7 +27,7 @@ from chaincor.workflows.store.schema import (
 
 
 class HasTolerance(Protocol):
-    """A scene, or a requested collision."""
+    """Scene or requested collision."""
 
     @property
     def asked_tolerance(self) -> float | None:
@@ -38,9 +38,9 @@ class Failure(NamedTuple):
     """Failure of a collision."""
 
     name: str  #: Class of the error.
-    message: str  #: One line.
-    #: Whether the same scene would fail again, so that it is retried only on request. True for
-    #: named errors of the collision itself, False for errors of the machine.
+    message: str  #: Message of the error, in one line.
+    #: Whether the same scene would fail again. If true, it is retried only on request. True for
+    #: named errors of the collision itself, false for errors of the machine.
     stands: bool
 
 
@@ -49,24 +49,25 @@ class Row:
     """
     Row of a results store.
 
-    A worker fills the columns of the result; the store adds the key and the columns of the scene.
+    A worker fills the columns with the result. The store adds the key and the columns with the
+    scene.
 
-    The tolerance of a row is the tightest requested tolerance that the result reaches, or that no
-    run could reach better. It is None with explicit numerics.
+    The tolerance of a row is the tightest requested tolerance that the result meets, or for which
+    no run could give a better result. It is None if the scene has explicit numerics.
     """
 
-    #: Known columns of the schema. A row from a store also has ``collision_sha256`` (its key),
-    #: ``tries``, ``host``, ``finished`` (UTC, ISO 8601) and ``has_arrays``, whether the store
-    #: keeps its arrays.
+    #: Known columns of the schema. A row from a store also has the columns ``collision_sha256``
+    #: (its key), ``tries``, ``host``, ``finished`` (UTC, ISO 8601) and ``has_arrays`` (whether the
+    #: store has its arrays).
     columns: Mapping[str, Any]
-    #: Arrays by name: ``contact_times``, ``contact_speeds``, ``mode_energies``, ``velocities``
-    #: and ``displacements``; the last three also for a free target (``target_...``). Empty if they
-    #: were not kept or not requested.
+    #: Arrays by name: ``contact_times``, ``contact_speeds``, ``mode_energies``, ``velocities`` and
+    #: ``displacements``. For a free target, the last three also exist with the prefix ``target_``.
+    #: Empty if the arrays were not stored or not requested.
     arrays: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, found: Collision | BaseException) -> Self:
-        """Return the row of a result or of a failure."""
+        """Return the row for a result or a failure."""
         if isinstance(found, Collision):
             return cls.of_fields(found.plain(), found.arrays())
         passing = isinstance(found, MissingLibraryError | WorkerDiedError)
@@ -80,10 +81,10 @@ class Row:
         cls, fields: dict[str, Any], arrays: dict[str, NDArray[np.float64]] | None = None
     ) -> Self:
         """
-        Return the row of the fields of a result.
+        Return the row for the fields of a result.
 
-        Fields without a column go to ``details``. Fields of the scene, such as velocity, are left
-        out, because :func:`scene_columns` adds them.
+        Fields without a column go to ``details``. Fields of the scene, such as the velocity, are
+        omitted, because :func:`scene_columns` adds them.
         """
         columns = {"versions": _versions_json(tuple(fields.pop("versions").items()))}
         columns |= {name: finite(fields.pop(name, None)) for name in RESULT_COLUMNS}
@@ -92,7 +93,7 @@ class Row:
         return cls(columns | {"details": _json(fields), "host": host_name()}, arrays or {})
 
     def of_scene(self, scene: Scene) -> Self:
-        """Return the row with its key and the columns of its scene."""
+        """Return the row, with its key and the columns of its scene added."""
         columns = {**self.columns, **scene_columns(scene)}
         if not self.has_result:
             asked = scene.asked_tolerance
@@ -100,7 +101,7 @@ class Row:
         return type(self)(columns, self.arrays)
 
     def without_details(self) -> Self:
-        """Return the row without the details of its result, which take half of its room."""
+        """Return the row without the details of its result, which take half of its space."""
         return type(self)({**self.columns, "details": None}, self.arrays)
 
     @cached_property
@@ -113,9 +114,8 @@ class Row:
         """
         Fields of a :class:`~chaincor.workflows.result.Collision` without the arrays.
 
-        The value is None if no run has succeeded. Fields without a column are missing in a row
-        without details. ``tolerance_met`` and ``reason`` refer to the
-        row's tolerance.
+        The value is None if no run has succeeded. In a row without details, fields without a column
+        are missing. ``tolerance_met`` and ``reason`` refer to the tolerance of the row.
         """
         columns = self.columns
         if not self.has_result:
@@ -129,7 +129,7 @@ class Row:
 
     @property
     def failure(self) -> Failure | None:
-        """Last failure since the result; None without one."""
+        """Last failure after the result was stored; None if there was none."""
         name, message, _, stands = (self.columns.get(name) for name in FAILURE_COLUMNS)
         return None if name is None else Failure(name, str(message), bool(stands))
 
@@ -141,7 +141,7 @@ class Row:
 
     @property
     def restitution_error(self) -> float | None:
-        """Error bar of eta; None without one."""
+        """Error bar of eta; None if there is none."""
         return self.columns.get("restitution_error")
 
     @property
@@ -151,28 +151,32 @@ class Row:
 
     @property
     def reached(self) -> float:
-        """Error bar of the result; inf without one."""
+        """Error bar of the result; inf if there is none."""
         return math.inf if self.restitution_error is None else self.restitution_error
 
     def answers(self, scene: HasTolerance, *, arrays: bool = False) -> bool:
         """
         Return whether the result is accurate enough for a scene.
 
-        The result must have reached the scene's tolerance, or its run must have had the same or a
-        tighter tolerance. With explicit numerics any result is enough: runs with and without an
-        error bar have separate rows.
+        The result must meet the scene's tolerance, or its run must have had an equal or tighter
+        tolerance. If the scene has explicit numerics, any result is accurate enough. Runs with and
+        without an error bar have separate rows.
         """
         if not self.has_result or (arrays and not self.columns["has_arrays"]):
             return False
         return scene.asked_tolerance is None or self.reaches(scene.asked_tolerance)
 
     def reaches(self, tolerance: float) -> bool:
-        """Return whether a tolerance was reached, or asked of the run as tightly."""
+        """Return whether the result meets a tolerance, or its run had one at least as tight."""
         known = self.columns["tolerance"]
         return self.reached <= tolerance or (known is not None and known <= tolerance)
 
     def would_fail(self, scene: HasTolerance) -> bool:
-        """Return whether a scene would fail again: it failed at the same or a looser tolerance."""
+        """
+        Return whether a scene would fail again.
+
+        It would if it failed with the same or a looser tolerance.
+        """
         if not self.columns["failure_stands"]:
             return False
         asked, failed = scene.asked_tolerance, self.columns["failure_tolerance"]
@@ -180,15 +184,16 @@ class Row:
 
     def yields_to(self, other: "Row", *, renew: bool = False) -> bool:
         """
-        Return whether another row of the same collision replaces this row.
+        Return whether another row for the same collision replaces this row.
 
         A result replaces a failure, and a later failure replaces an earlier one. A result replaces
         another result if its error bar is smaller; a missing error bar counts as infinite. If the
         error bars are equal, a result with arrays replaces a result without them.
 
-        `renew` says that the other row was computed to replace this one, on request or for missing
-        arrays. It then replaces this row if its tolerance is the same or tighter, whatever error it
-        reached. A result without an error bar never replaces a result with one.
+        `renew` means that the other row was computed to replace this row, on request or because
+        arrays were missing. The other row then replaces this row if its tolerance is equal or
+        tighter, whatever its error bar is. A result without an error bar never replaces a result
+        with an error bar.
         """
         if not other.has_result:
             return not self.has_result and other.columns["finished"] > self.columns["finished"]
@@ -202,15 +207,15 @@ class Row:
 
     def _asked_more_exactly_than(self, other: "Row") -> bool:
         asked, others = self.columns["tolerance"], other.columns["tolerance"]
-        # Without a tolerance the numerics are explicit, and every run gives the same result.
+        # Without a tolerance, the numerics are explicit, and every run gives the same result.
         return asked is not None and others is not None and asked < others
 
     def tightened_by(self, other: "Row") -> dict[str, Any]:
         """
-        Return the columns that change in this row if it stays and the other's tolerance is tighter.
+        Return the columns to change if this row stays but the other's tolerance is tighter.
 
-        The row then takes the tighter tolerance, whether it reaches it or not. Otherwise a sweep
-        with that tolerance would repeat the run every time.
+        The row then gets the tighter tolerance, even if its result does not meet it. Otherwise a
+        sweep with this tolerance would repeat the run every time.
         """
         both = self.has_result and other.has_result
         if not (both and other._asked_more_exactly_than(self)):
@@ -224,9 +229,9 @@ class Row:
         return {"tolerance": asked, "tolerance_met": met, "reason": None if met else missed}
 
 
-# Fields of a result that the columns of the scene hold.
+# Fields of a result that are stored in the columns of the scene.
 _OF_SCENES = ("potential", "particles", "engine", "scene_sha256")
-# One encoder for all calls: creating an encoder takes as long as using it.
+# All calls share one encoder, because creating an encoder takes as long as using it.
 _write_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
 
 
@@ -250,9 +255,9 @@ def host_name() -> str:
 
 def row_key(scene: Scene) -> str:
     """
-    Return the key of a scene's row: SHA-256 of the canonical scene without its tolerance.
+    Return the key of a scene's row, the SHA-256 of the canonical scene without its tolerance.
 
-    Raises SceneError if its potential is a Python object.
+    Raise SceneError if the potential is a Python object.
     """
     if isinstance(scene.potential, Potential):
         raise SceneError(
@@ -264,11 +269,11 @@ def row_key(scene: Scene) -> str:
 
 
 def scene_columns(scene: Scene) -> dict[str, Any]:
-    """Return the columns of a row that come from its scene."""
+    """Return the columns of a row that describe its scene."""
     canonical = scene.canonical_fields
     columns = {name: canonical.get(name) for name in SCENE_COLUMNS}
-    # Keep a given speed, because a computed v0/v* may differ in the last digit and would split the
-    # rows of one speed into several groups.
+    # A given speed is kept. A computed v0/v* may differ in the last digit and would split rows of
+    # equal speed into several groups.
     speed, scale = scene.speed, scene.bond.natural_speed
     if speed is None and scale is not None:
         speed = scene.impact_velocity / scale
@@ -289,7 +294,7 @@ def array_to_bytes(array: NDArray[np.float64]) -> bytes:
 
 
 def array_from_bytes(content: bytes) -> NDArray[np.float64]:
-    """Read an array of floats in NumPy's ``.npy`` format. Raises ValueError for other content."""
+    """Read an array of floats in NumPy's ``.npy`` format; raise ValueError for other content."""
     array = np.load(io.BytesIO(content), allow_pickle=False)
     if not (isinstance(array, np.ndarray) and array.dtype.kind == "f"):
         raise ValueError("no array of numbers")

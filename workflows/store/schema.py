@@ -1,4 +1,4 @@
-"""Tables of a results store, their version, and the migrations from older versions."""
+"""Define the tables of a results store, their version, and the migrations from older versions."""
 
 import re
 
@@ -7,11 +7,11 @@ from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS
 from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, CONTACT_LAWS, laws_with
 from chaincor.lammps_inputs.scene_parts.scene_fields import BODY_KEYS
 
-# "CCOR", which distinguishes results stores from other SQLite files.
+# The code "CCOR" distinguishes results stores from other SQLite files.
 APPLICATION_ID = 0x43434F52
 
-# Item k turns version k into version k + 1. Never edit a released item: a change of the schema is a
-# new item at the end.
+# Item k turns version k of the schema into version k + 1. Never edit a released item. To change the
+# schema, append an item.
 MIGRATIONS: tuple[tuple[str, ...], ...] = (
     (
         """
@@ -100,10 +100,10 @@ def _columns(first: str, last: str) -> tuple[str, ...]:
     return _COLUMNS[_COLUMNS.index(first) : _COLUMNS.index(last) + 1]
 
 
-# Columns with names of result fields that the store fills by itself.
+# The store itself fills these columns, although they have the names of result fields.
 _NOT_PLAIN = ("scene_sha256", "details")
 SCENE_COLUMNS = (*_columns("potential", "particles"), "engine")
-# Keys of rare bonds, which have no columns and are extracted from the scene's JSON.
+# Keys of rare bonds have no columns. They are extracted from the scene's JSON.
 SCENE_KEYS = tuple(key for key in BOND_KEYS if key not in (*SCENE_COLUMNS, "bond_file"))
 FAILURE_COLUMNS = _columns("failure", "failure_stands")
 RECORD_COLUMNS = ("collision_sha256", "scene_sha256", "tries", "host", "finished")
@@ -115,7 +115,7 @@ RESULT_COLUMNS = tuple(
 
 
 def _contact_parameter(key: str) -> str:
-    """Return the expression of a parameter of contact laws, from the identity of its law."""
+    """Return the SQL expression for a parameter of contact laws, from the identity of its law."""
     found = []
     for name in laws_with(key):
         law = CONTACT_LAWS[name]
@@ -128,8 +128,8 @@ def _contact_parameter(key: str) -> str:
     return found[0] if len(found) == 1 else f"coalesce({', '.join(found)})"
 
 
-# SQL expressions of values in the JSON of the scene or of `details`. Such values need no new schema
-# and no columns that most rows leave empty.
+# SQL expressions for values in the JSON of the scene or of `details`. Such values need no new
+# schema, and no columns that are empty in most rows.
 BODY_COLUMNS = {
     name: _contact_parameter(name) if name in CONTACT_KEYS else f"json_extract(scene, '$.{name}')"
     for name in BODY_KEYS
@@ -139,7 +139,7 @@ BODY_COLUMNS = {
     for name, kind in _OF_RUNS.items()
     if kind in ("int", "float", "bool", "str") and name not in (*_COLUMNS, *BODY_KEYS, *SCENE_KEYS)
 }
-# Observables without a column that are text or lists.
+# Observables without a column whose values are text or lists.
 WORDS = tuple(
     name
     for name, kind in _OF_RUNS.items()

@@ -1,4 +1,4 @@
-"""Several stores that are read as one, such as the shards of a sweep."""
+"""Read several stores as one, for example the shards of a sweep."""
 
 import contextlib
 import tempfile
@@ -14,16 +14,16 @@ from chaincor.workflows.store.connection import named_errors
 from chaincor.workflows.store.merge import copy_rows
 from chaincor.workflows.store.results_store import Part, Store
 
-# Each open store keeps a cache of its own. SQLite takes a negative size in kilobytes.
+# Each open store has its own cache. For SQLite, a negative size is in kilobytes.
 _CACHE_KILOBYTES = 256
 _HIDDEN = "collision_sha256 NOT IN (SELECT collision_sha256 FROM temp.hidden)"
 
 
 def find_stores(paths: Sequence[Path]) -> list[Path]:
     """
-    Return the files of stores, and the stores ``*.sqlite`` in folders.
+    Return the paths of all stores: given files, and files ``*.sqlite`` in given folders.
 
-    Raises StoreError for a folder without stores.
+    Raise StoreError for a folder without stores.
     """
     found: list[Path] = []
     for path in paths:
@@ -36,7 +36,7 @@ def find_stores(paths: Sequence[Path]) -> list[Path]:
 
 @contextmanager
 def open_stores(paths: Sequence[Path]) -> "Iterator[Store | StoreSet]":
-    """Open one store, or several stores and folders of stores as one, for reading."""
+    """Open a store for reading, or open several stores and folders of stores as one."""
     found = find_stores(paths)
     with ExitStack() as stack:
         if len(found) == 1:
@@ -52,9 +52,9 @@ class StoreSet:
     """
     Several open stores that are read as one.
 
-    If a collision is in several stores, the row counts that :func:`merge_stores` would keep. Such
-    rows are merged into a temporary store in `folder`, and hidden in the others. `path` is a name
-    for messages.
+    If a collision is in several stores, only the row counts that :func:`merge_stores` would keep.
+    Such rows are merged into a temporary store in `folder` and hidden in the given stores. `path`
+    is a name for messages.
     """
 
     def __init__(self, path: Path, stores: Sequence[Store], folder: Path) -> None:
@@ -76,13 +76,13 @@ class StoreSet:
             self._merged.close()
 
     def parts(self) -> list[Part]:
-        """Return the stores, with the condition that a row counts."""
+        """Return the stores, each with the SQL condition for rows that count."""
         return self._parts
 
 
 def _shared_keys(stores: Sequence[Store]) -> set[str]:
     """Return the keys that several stores have."""
-    # Hashes of all keys take 8 bytes a row.
+    # Hashes of the keys take only 8 bytes per row.
     hashes = [
         np.fromiter((hash(key) for (key,) in _keys(store)), dtype=np.int64) for store in stores
     ]
@@ -100,7 +100,7 @@ def _keys(store: Store) -> Iterator[tuple[str]]:
 
 
 def _merged_rows_hidden(store: Store, merged: Store, shared: set[str]) -> Part:
-    """Copy the shared rows of a store, and return the store without them."""
+    """Copy the shared rows of a store, and return the store with these rows hidden."""
     mine = [key for (key,) in _keys(store) if key in shared]
     if not mine:
         return Part(store)
@@ -111,7 +111,11 @@ def _merged_rows_hidden(store: Store, merged: Store, shared: set[str]) -> Part:
 
 
 def _allow_open_files(stores: int) -> None:
-    """Raise the limit of open files, if there is one: a query may open a second file a store."""
+    """
+    Raise the limit on open files, if there is one.
+
+    A query may open two files per store.
+    """
     import resource
 
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)

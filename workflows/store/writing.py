@@ -18,7 +18,7 @@ _NO_FAILURE: dict[str, Any] = dict.fromkeys(FAILURE_COLUMNS)
 
 
 def write_rows(store: "Store", rows: Sequence[Row], *, arrays: bool, replace: bool) -> None:
-    """Write rows in one transaction, as :meth:`Store.write` says."""
+    """Write rows in one transaction, see :meth:`Store.write`."""
     now = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
     with named_errors(store.path), transaction(store.connection):
         olds = store.standings_of([row.columns[KEY] for row in rows])
@@ -40,7 +40,7 @@ def write_rows(store: "Store", rows: Sequence[Row], *, arrays: bool, replace: bo
             columns["environment"] = environments[versions]
             new.setdefault(tuple(columns), []).append(tuple(columns.values()))
             kept += _npy(key, row) if arrays else ()
-        # New rows, which are most of the rows of a sweep, are written in one statement.
+        # New rows, the majority in a sweep, are written in one statement.
         for names, values in new.items():
             places = f"VALUES ({', '.join('?' * len(names))})"
             store.connection.executemany(upsertion(names, places), values)
@@ -67,7 +67,8 @@ def _write(
             update_row(store, key, {name: columns[name] for name in kept})
         return
     had_arrays = old is not None and old.columns["has_arrays"]
-    # If the row had arrays, write the new ones: kept arrays must belong to the row's result.
+    # If the row had arrays, the new ones are written too, because stored arrays must belong to the
+    # row's result.
     keep_arrays = arrays or had_arrays
     columns |= _NO_FAILURE
     if old is not None:
@@ -110,7 +111,7 @@ def _npy(key: str, row: Row) -> list[tuple[str, str, bytes]]:
 
 @lru_cache(maxsize=16)
 def upsertion(columns: tuple[str, ...], rows: str = "") -> str:
-    """Return the statement that inserts rows, or replaces the rows with their keys."""
+    """Return the SQL statement that inserts rows, or replaces rows with equal keys."""
     names = ", ".join(f'"{name}"' for name in columns)
     values = ", ".join(f":{name}" for name in columns)
     updates = ", ".join(f'"{name}" = excluded."{name}"' for name in columns)
