@@ -1,1 +1,1 @@
-"""Choice of numerics for a tolerance, and error bars."""
+"""Choose numerics for a tolerance, and compute error bars."""

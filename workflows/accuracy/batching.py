@@ -1,4 +1,4 @@
-"""Solve many cold chains of different speeds at once, with the results of single runs."""
+"""Solve cold chains with many speeds in one batch; the results equal those of single runs."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -25,26 +25,26 @@ from chaincor.workflows.engines.reference.batch.runner import Batch
 from chaincor.workflows.engines.reference.finish import End, LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 
-# Longer chains are left out of batches, because three runs do not suffice for them and their loops
-# gain nothing from a batch.
+# Longer chains are solved alone, because they need more than three runs, and their loops gain
+# nothing from a batch.
 LONGEST_TOGETHER = LONGEST_TRUSTED
-# A batch with fewer collisions leaves lanes empty and gains less time than its loop takes to load.
+# A batch with fewer collisions leaves lanes empty, and saves less time than loading its loop takes.
 LEAST_TOGETHER = 16
-# A collision in a batch takes this fraction of the time of a single run: 0.1 for short chains, up
-# to 0.5.
+# A collision in a batch takes about this fraction of the time of a single run; the measured
+# fractions are 0.1 (short chains) to 0.5.
 TOGETHER_SHARE = 0.3
-# A batch holds at most this many collisions and seconds of work, so that progress is visible and an
+# A batch has at most this many collisions and seconds of work. Progress is then visible, and an
 # interruption loses little.
 _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 
 
-# The collisions of a batch share the bond (objects of named bonds are shared), the number of
-# particles and the scheme.
+# The collisions of a batch have the same bond object, number of particles and scheme; equal named
+# bonds are one object.
 BatchKind = tuple[int, int, StepSchemeName]
 
 
 class SceneBatch(NamedTuple):
-    """Collisions of a task that are solved as one batch, or a single one."""
+    """Collisions of a task that are solved together in one batch, or a single collision."""
 
     places: list[int]  #: Indices of the scenes in the task.
     plans: list[Plan]  #: Plans of the scenes.
@@ -52,12 +52,12 @@ class SceneBatch(NamedTuple):
 
 def batch_kind(scene: Scene, planned: Plan | None = None) -> BatchKind | None:
     """
-    Return the kind of batch for a collision; None if it is solved alone.
+    Return the kind of batch that fits a collision; None if the collision is solved alone.
 
-    The plan of the scene is made here if it is not given.
+    Without `planned`, the plan of the scene is made here.
 
-    Batches are for cold chains of unit masses before a hard wall, in the reference engine with
-    fixed steps, and for a tolerance far above rounding.
+    Batches support cold chains of unit masses at a hard wall, in the reference engine with fixed
+    steps, if the tolerance is far above the rounding error.
     """
     if scene.engine != "reference" or scene.explicit or not scene.line.is_standard:
         return None
@@ -73,13 +73,13 @@ def batch_kind(scene: Scene, planned: Plan | None = None) -> BatchKind | None:
     if rounding_matters("reference", planned.problem, planned.target_error):
         return None
     if planned.usually_shatters:
-        return None  # it needs several steps, and its end takes most of the time
+        return None  # such a chain needs several time steps, and its end takes most of the time
     return id(scene.bond), scene.particles, planned.numerics.scheme
 
 
 def batches(scenes: Sequence[Scene]) -> list[SceneBatch]:
     """
-    Divide the collisions of a task into batches and single ones.
+    Divide the collisions of a task into batches and single collisions.
 
     The result of a collision does not depend on this division.
     """
@@ -107,12 +107,13 @@ def _target_error(scene: Scene, floor: float) -> float:
 
 def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None]:
     """
-    Solve scenes with one value of :func:`batch_kind` to their tolerances, as far as a batch can.
+    Solve scenes with the same :func:`batch_kind` to their tolerances.
 
     Each scene is run at the step that usually suffices, at twice this step and at 1.3 times it. The
-    result is None if the target error is missed or the number of contacts differs; the scene must
-    then be solved alone. Otherwise it is the result of ``solve_to_tolerance`` to the last bit, and
-    the energies of the modes after the collision. No result depends on the other scenes.
+    result is None if the target error is missed or the three runs have different numbers of
+    contacts; the scene must then be solved alone. Otherwise the result consists of the run of
+    ``solve_to_tolerance``, equal to the last bit, and the energies of the modes after the
+    collision. No result depends on the other scenes.
     """
     problems = [scene.problem for scene in scenes]
     foresee_frequency_ratio(problems)
@@ -163,11 +164,12 @@ def compare_many(
     floor: Any,
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """
-    Compare runs at some steps with runs at `COARSER` times these steps.
+    Compare many runs with runs at `COARSER` times their steps.
 
-    Return three arrays of shape (runs,): eta of the first runs, their errors, and whether all runs
-    are settled and have equally many contacts. `line` is common to all runs, `floor` is the
-    rounding.
+    `runs` contains the fine runs, then the coarse runs at each multiple of their `steps`. Return
+    three arrays of shape (runs,): eta of the fine runs, the errors of eta, and whether all runs are
+    settled and have the same number of contacts. `line` is the same for all runs, `floor` is the
+    rounding error.
     """
     fine, *coarse = runs
     # This equals `Outcome.eta` of each run.
@@ -188,7 +190,7 @@ def compare_many(
 
 
 def _compared(problem: Problem, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, dict[str, Array]]:
-    """Return the mode energies of fine runs, and their `differences` to coarse runs."""
+    """Return the mode energies of fine runs, and the `differences` between fine and coarse runs."""
     alike = fine.counts == coarse.counts
     contacts = np.where(fine.listed[:, None, :], np.abs(fine.contacts - coarse.contacts), 0.0)
     times, speeds = np.where(alike, np.max(contacts, axis=2).T, np.inf)

@@ -1,4 +1,4 @@
-"""Find the range of bond lengths from the initial state, or up to one of the contacts."""
+"""Find the range of bond lengths between two moments of a collision."""
 
 import math
 
@@ -8,21 +8,21 @@ from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.coarse_run import CoarseRun, coarse_step
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
-# The flight to the first contact is checked after this many steps.
+# On the way to the first contact, the motion is checked at intervals of this many steps.
 _APPROACH_STEPS = 64
 
 
 def bonds_from_start(outcome: Outcome) -> tuple[float, float]:
     """
-    Return the shortest and the longest bond from the initial state to the last contact.
+    Return the extreme bond lengths from the initial state to the last contact.
 
-    The `outcome` has the range from the first contact on. The flight before the first contact is
-    followed with coarse steps; no bond of a cold chain moves there.
+    The `outcome` has the range from the first contact on. The motion before the first contact is
+    followed with coarse steps. In a cold chain no bond moves before the first contact.
     """
     problem = outcome.problem
     line, bond = problem.line, problem.bond
     shortest, longest = outcome.bond_min, outcome.bond_max
-    # Beads have no table, and fixed steps do not follow them.
+    # Beads have no bond table, and fixed steps cannot follow their motion.
     if line.cold or problem.longest_body == 1 or bond.only_pushes:
         return shortest, longest
     step = coarse_step(bond, shortest - 1.0, line.lightest)
@@ -37,11 +37,12 @@ def bonds_from_start(outcome: Outcome) -> tuple[float, float]:
 
 def bonds_to_contact(like: Outcome, contacts: int, last: float) -> tuple[float, float] | None:
     """
-    Return the shortest and the longest bond from the first contact to a later contact.
+    Return the extreme bond lengths from the first contact to a later contact.
 
-    The later contact has the number `contacts` and begins at the time `last` since the first. The
-    scheme and the step come from the run `like` of the reference engine. Return None if the motion
-    has another number of contacts at that time, or if fixed steps do not resolve the motion.
+    The later contact is contact number `contacts` and begins at the time `last` since the first
+    contact. The scheme and the step are those of `like`, a run of the reference engine. Return None
+    if the motion has another number of contacts at `last`, or if fixed steps do not resolve the
+    motion.
     """
     problem = like.problem
     if like.timestep is None or problem.longest_body == 1:
@@ -57,7 +58,7 @@ def bonds_to_contact(like: Outcome, contacts: int, last: float) -> tuple[float, 
     target_steps = math.ceil((float(run_state["first_contact"]) + last) / step) + 1
     if not _advance(moving, target_steps):
         return None
-    while run_state["touching"]:  # soft bodies part later
+    while run_state["touching"]:  # wait until soft bodies part
         target_steps += 1
         if not _advance(moving, target_steps):
             return None

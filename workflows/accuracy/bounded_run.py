@@ -1,4 +1,4 @@
-"""Hold a run with its error bar, and the reason if it misses its tolerance."""
+"""Store a run with its error bar, and compute the parts of error bars."""
 
 import math
 from dataclasses import dataclass, field
@@ -18,19 +18,21 @@ from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.measured import measured
 
 # The error of a run with explicit numerics at a step h is measured by runs at these multiples of h.
-# Two of them are no simple fractions, because the phases of contacts make errors irregular.
+# Two multiples are not simple fractions, because errors depend irregularly on the phases of
+# contacts in a step.
 PROOF_STEPS = (0.5, 0.54, 0.93)
-# The error divided by the largest difference to those runs, for each wall. In theory it is 4/3 for
-# order 2 and near 1 for higher orders. The error of the stock wall does not shrink regularly, so
-# the difference itself shows its size.
+# The values are ratios, for each wall model: error of the run divided by the largest difference
+# from the runs at these multiples. In theory the ratio is 4/3 for order 2 and near 1 for higher
+# orders. The error of the reflecting wall does not shrink regularly; the largest difference itself
+# then shows its size.
 PROOF_SHARE: dict[str, float] = measured("proof_share")
 
-# Bounds of |change of eta| * v0 / |force error|. The kinks of a linear table also reduce the order
-# of the integrator. The lower bounds are choices that suffice for long chains that break.
+# The values bound |change of eta| * v0 / |force error|. The kinks of a linear table also reduce the
+# order of the integrator. The lower limits are choices that suffice for long chains that break.
 TABLE_SENSITIVITY: dict[str, float] = measured("table_sensitivity", {"spline": 2.0, "linear": 5.0})
 
-# Single velocities and times depend on tables and rounding more than the mean velocity does, by
-# this factor.
+# Errors from tables and rounding affect single velocities and times more strongly than the mean
+# velocity, by this factor.
 ARRAY_SENSITIVITY: float = measured("array_sensitivity")
 
 
@@ -40,14 +42,14 @@ class BoundedRun:
 
     outcome: Outcome  #: Outcome of the run.
     bar: ErrorBar  #: Error bar of the run.
-    #: Change of eta in the reference engine when all rounding errors change; 0 if it was not
-    #: measured.
+    #: Change of eta in the reference engine when all rounding errors change; 0 if not measured.
     rounding_sensitivity: float = 0.0
-    #: Reason why the run misses its tolerance; None if it meets the tolerance, or has none.
+    #: Reason why the run misses its tolerance; None if the run meets its tolerance or has no
+    #: tolerance.
     reason: str | None = None
-    #: Pilot run, choice of numerics and proof, for the record.
+    #: Data on the pilot run, the choice of numerics and the proof, for the record.
     details: dict[str, Any] = field(default_factory=dict)
-    #: Runs of the same collision that the run was compared with.
+    #: Runs of the same collision with which this run was compared.
     others: tuple[Outcome, ...] = ()
 
     @property
@@ -64,10 +66,10 @@ def bounded_run(
     sensitivity: float = 0.0,
 ) -> BoundedRun:
     """
-    Return a run with its error bar, not yet compared with a tolerance.
+    Return a run with its error bar, before any comparison with a tolerance.
 
     `step` is the error due to the finite step. `other` is a run that differs from this run by more
-    than this error, or the difference in each array. `tries` are the steps and errors of the
+    than `step`, or the largest difference in each array. `tries` lists the steps and errors of the
     search. For `sensitivity` see :func:`error_bar`.
     """
     bar = error_bar(outcome, step, sensitivity)
@@ -79,7 +81,7 @@ def bounded_run(
 
 
 def reason_missed(found: BoundedRun, tolerance: float) -> str | None:
-    """Return the reason why a tolerance is missed; None if it is not."""
+    """Return the reason why a run misses its tolerance; None if it meets the tolerance."""
     outcome, bar = found.outcome, found.bar
     if bar.total is None or bar.step is None or bar.total <= tolerance:
         return None
@@ -108,13 +110,13 @@ def reason_missed(found: BoundedRun, tolerance: float) -> str | None:
 
 
 def decade_above(floor: float, tolerance: float) -> float:
-    """Return the target error of a tolerance with a given rounding floor."""
+    """Return the target error, a power of ten, for a tolerance and a rounding error `floor`."""
     return max(decade_within(tolerance), decade_within(floor))
 
 
 def decade_within(tolerance: float) -> float:
-    """Return the largest power of ten that is not above a tolerance."""
-    # The logarithm of a power of ten may be slightly below an integer.
+    """Return the largest power of ten up to a tolerance."""
+    # The computed logarithm of a power of ten may be slightly below an integer.
     return 10.0 ** math.floor(math.log10(tolerance) + 1e-9)
 
 
@@ -132,16 +134,17 @@ def table_error(outcome: Outcome) -> float:
 
 
 def table_error_of(style: str, force_error: float, problem: Problem) -> float:
-    """Return the error of eta due to a table of a style with a largest error of the force."""
+    """Return the error of eta due to a bond table whose force errors are at most `force_error`."""
     return TABLE_SENSITIVITY[style] * force_error / problem.impact_velocity
 
 
 def ending_error(outcome: Outcome) -> float:
     r"""
-    Return the largest change of eta by contacts that may still come.
+    Return the largest change of eta that possible later contacts could cause.
 
-    The change is :math:`(2 \bar v + w) w/v_0^2`, where w is the largest change of the mean velocity
-    by these contacts. It is zero if the end is proved or argued.
+    The change is :math:`(2 \bar v + w) w/v_0^2`, where :math:`\bar v` is the mean velocity and w is
+    the largest change of the mean velocity due to later contacts. It is zero if the end is proved
+    or argued.
     """
     if outcome.ending.missed_momentum == 0.0:
         return 0.0
@@ -155,8 +158,8 @@ def error_bar(outcome: Outcome, step: float | None, sensitivity: float = 0.0) ->
     """
     Return the error bar of a run.
 
-    `step` is the error due to the finite step. `sensitivity` is the change of eta in the reference
-    engine when all rounding changes. Both are given only if they were measured.
+    `step` is the error due to the finite step, None if it was not measured. `sensitivity` is the
+    change of eta in the reference engine when all rounding errors change, 0 if it was not measured.
     """
     if outcome.engine == "lammps":
         sensitivity *= coarsening(outcome.scheme)
@@ -178,8 +181,9 @@ def differences(first: Outcome, second: Outcome) -> dict[str, float]:
     """
     Return the differences between the arrays of two runs at different steps.
 
-    The arrays are contact times and speeds, velocities and mode energies. The result holds the
-    largest absolute difference of each array. It is inf if the numbers of contacts differ.
+    The arrays are contact times and speeds, velocities and mode energies. The result contains the
+    largest absolute difference in each array. The difference is inf if the arrays have different
+    lengths.
     """
     pairs = {
         "contact_times": (first.contact_times, second.contact_times),
@@ -187,13 +191,13 @@ def differences(first: Outcome, second: Outcome) -> dict[str, float]:
         "velocities": (first.velocities, second.velocities),
         "target_velocities": (first.target_velocities, second.target_velocities),
     }
-    if not first.problem.bond.only_pushes:  # the bodies have no modes
+    if not first.problem.bond.only_pushes:  # beads have no modes
         pairs["mode_energies"] = (first.mode_energies, second.mode_energies)
     return {name: farthest(*pair) for name, pair in pairs.items()}
 
 
 def farthest(one: Array, other: Array) -> float:
-    """Return the largest absolute difference of two arrays; inf if their lengths differ."""
+    """Return the largest absolute difference between two arrays; inf if their lengths differ."""
     if len(one) != len(other):
         return math.inf
     return float(np.max(np.abs(one - other), initial=0.0))
@@ -201,10 +205,10 @@ def farthest(one: Array, other: Array) -> float:
 
 def spread_of(outcome: Outcome, other: Outcome | dict[str, float]) -> dict[str, float]:
     """
-    Return the spread of each array between two runs, for comparison with other integrators.
+    Return bounds on the error of each array, for comparison with other integrators.
 
-    `other` is one of the runs, or the :func:`differences`. Errors common to both runs, from tables
-    and rounding, are included.
+    `other` is a run at another step, or the :func:`differences` from this run. Errors that both
+    runs share, from tables and rounding, are added.
     """
     apart = differences(outcome, other) if isinstance(other, Outcome) else other
     floor = table_error(outcome) + rounding_of(outcome)

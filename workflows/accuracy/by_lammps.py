@@ -1,4 +1,4 @@
-"""Solve a scene to a tolerance with LAMMPS: choose scheme, step and table; measure the error."""
+"""Solve a scene to a tolerance with LAMMPS: choose its numerics, and measure the error."""
 
 import math
 import time
@@ -61,37 +61,37 @@ from chaincor.workflows.errors import (
 )
 from chaincor.workflows.measured import measured
 
-# The table may use this share of the tolerance. An exact table costs little more, but a smaller
-# step costs much.
+# The error from the bond table may take this share of the tolerance. A more accurate table costs
+# little, whereas a smaller step costs much.
 _TABLE_SHARE = 0.01
-# The target error of the reference run is this share of the tolerance, because the error of the
-# reference run is part of the error bar.
+# The target error of the reference run is this share of the tolerance, because the error bar
+# includes the error of the reference run.
 REFERENCE_SHARE = 0.03
-# These schemes, first for scripts and then for runs with Python, may be chosen for a tolerance,
-# because their errors have been measured.
+# These schemes may be chosen for a tolerance, because their errors have been measured.
+# SCRIPTED_SCHEMES work in scripts, LAMMPS_SCHEMES in runs that Python controls.
 SCRIPTED_SCHEMES: tuple[StepSchemeName, ...] = tuple(
     name for name in SCHEME_ORDERS if name in measured("usual_error")
 )
 LAMMPS_SCHEMES: tuple[StepSchemeName, ...] = (*SCRIPTED_SCHEMES, "extrapolated12")
 _ALWAYS: StepSchemeName = "order8"
-# The steps of LAMMPS kick, drift and kick; the steps of the reference engine drift first. The ratio
-# of their errors is this number.
+# A step of LAMMPS consists of kick, drift and kick; a step of the reference engine begins with a
+# drift. This is the ratio of their errors.
 _LAMMPS_OVER_REFERENCE = 2.0
-# The error of a LAMMPS run is measured by a second run whose step is longer by this factor.
+# The error of a LAMMPS run is measured by a second run, whose step is longer by this factor.
 COARSER = 2.0
-# Both runs together cost as much as the first number of single runs. Their expected time may be the
-# second number times the remaining time, because forecasts are right only within a factor of two.
+# Both runs together cost as much as LAMMPS_RUNS single runs. Their expected time may be at most
+# _TIME_SHARE times the remaining time, because forecasts are correct only within a factor of two.
 LAMMPS_RUNS = 1.0 + 1.0 / COARSER
 _TIME_SHARE = 0.5
 _MOST_REFINEMENTS = 5
-# LAMMPS raises these errors if the step is too long for a collision that the reference engine has
-# finished within the range of the bonds.
+# LAMMPS may raise these errors, although the reference engine has finished the collision. The cause
+# is then too long a step.
 _CURED_BY_STEPS = (TimestepError, LostAtomsError, CrossingError, BondRangeError)
-# The rounding that extrapolated steps amplify may use this share of the tolerance. The share
-# affects only the cost, because the total error is measured.
+# The rounding error of extrapolated steps may take this share of the tolerance. The share affects
+# only the cost, because the total error is measured.
 _ROUNDING_SHARE = 0.4
-# Verlet steps for bonds that pass kinks may do this much work: about a minute, at some 20 ns for
-# each bond and 1 us for each step.
+# Verlet steps for bonds that pass kinks may take this much work, in steps times bonds: about a
+# minute, at some 20 ns per bond and 1 us per step.
 _MOST_BOND_STEPS = 1e9
 
 
@@ -99,9 +99,10 @@ class LammpsSearch:
     """
     Search for the numerics of LAMMPS.
 
-    The reference engine chooses the numerics, and LAMMPS runs check them. The search takes ever
-    smaller steps or ever better tables, and also runs each step at twice its size. `sensitivity` is
-    the rounding sensitivity of eta, if it matters; `schemes` are the schemes to choose from.
+    Runs of the reference engine choose the numerics, and LAMMPS runs check the choice. The search
+    continues with ever smaller steps or more accurate tables. Each step has a second run at twice
+    the step. `sensitivity` is the rounding sensitivity of eta, 0 if it does not matter; `schemes`
+    are the schemes to choose from.
     """
 
     def __init__(
@@ -116,15 +117,15 @@ class LammpsSearch:
         self.problem, self.target_error, self.sensitivity = problem, target_error, sensitivity
         amplified = amplified_rounding("lammps", sensitivity, problem)
         self.floor = max(rounding_error("lammps", problem), amplified)
-        # A finer step gains nothing if the error is below the rounding.
+        # A smaller step does not help if the error is below the rounding error.
         self.reachable = max(target_error - self.floor, self.floor)
-        solver_of(problem, (LAMMPS,))  # raises RunError if LAMMPS cannot run the scene
+        solver_of(problem, (LAMMPS,))  # check that LAMMPS can run the scene
         self.pilot = pilot_run(problem, REFERENCE_SHARE * self.reachable, files=files)
         usual = usual_schemes(problem, self.reachable, schemes, sensitivity)
         self.numerics = choose_numerics(problem, self.reachable, self.pilot, usual)
 
     def within_time(self, numerics: Numerics) -> Numerics:
-        """Return numerics with a longer, stable step if the runs would take too long."""
+        """Return numerics with a longer, but stable, step if the runs would take too long."""
         limit, problem = time_limit(), self.problem
         if limit.end == math.inf:
             return numerics
@@ -139,7 +140,7 @@ class LammpsSearch:
         return replace(numerics, timestep=max(longer, numerics.timestep))
 
     def attempt(self, step: float) -> Attempt[tuple[Outcome, Outcome]]:
-        """Run at a step and at twice the step."""
+        """Run LAMMPS at a step and at twice this step."""
         problem, reference_run, target_error = self.problem, self.pilot.reference, self.target_error
         numerics = self.numerics = replace(self.numerics, timestep=step)
         fine, coarse = lammps.run_at_steps(
@@ -148,7 +149,7 @@ class LammpsSearch:
         order = effective_order(problem, numerics.scheme)
         steps_record = share_of_difference(order, COARSER) * largest_difference(fine, [coarse])
         error = max(steps_record, abs(fine.eta - reference_run.restitution)) + reference_run.error
-        # If a late contact of the reference run is in doubt, so is a late contact of this run.
+        # If a late contact is in doubt in the reference run, it is also in doubt in this run.
         doubt = reference_run.outcome.ending.missed_momentum
         fine = replace(fine, ending=fine.ending.doubted(doubt))
         bar = error_bar(fine, error, self.sensitivity)
@@ -168,14 +169,14 @@ class LammpsSearch:
         elif numerics.force_error is not None:
             smaller = replace(numerics, force_error=0.1 * numerics.force_error)
         else:
-            done = True  # the error comes from the table or rounding
+            done = True  # the rest of the error comes from the table or from rounding
         done |= not done and self.within_time(smaller) is not smaller
         if not done:
             self.numerics = smaller
         return Attempt(step, error, (fine, coarse), done, smaller.timestep)
 
     def reference_error(self) -> float:
-        """Return the error of eta of the pilot run, with its open end and amplified rounding."""
+        """Return the total error of eta in the pilot run."""
         found = self.pilot.reference
         bar = error_bar(found.outcome, found.error, self.sensitivity)
         assert bar.total is not None
@@ -190,11 +191,12 @@ def solve_with_lammps(
     files: RunFiles = NO_FILES,
 ) -> BoundedRun:
     """
-    Choose LAMMPS's numerics with the reference engine, then measure the error with both engines.
+    Solve a scene to a target error with LAMMPS, and measure the error with both engines.
 
-    The result is from a step h. Its error is the distance to the reference run, plus the error of
-    the reference run, but at least the value that a LAMMPS run at 2h gives by the order of the
-    scheme. For `sensitivity` and `schemes` see :class:`LammpsSearch`.
+    The error at a step h is the larger of two differences, plus the error of the reference run. One
+    is the difference from the reference run; the other is the difference from a LAMMPS run at 2h,
+    multiplied by the share that the order of the scheme predicts. For `sensitivity` and `schemes`
+    see :class:`LammpsSearch`.
     """
     started = time.perf_counter()
     search = LammpsSearch(problem, target_error, sensitivity, schemes, files)
@@ -205,22 +207,22 @@ def solve_with_lammps(
     error, runs = ran[-1].error, ran[-1].found
     assert runs is not None
     fine, coarse = runs
-    # Both LAMMPS runs may have one common error, which the comparison with the reference run
-    # reveals. The reference run differs from its own run at the next larger step by more than its
-    # error.
+    # Both LAMMPS runs may share an error, which the comparison with the reference run reveals. The
+    # error of the reference run is less than its difference from its own run at the next larger
+    # step.
     reference = search.pilot.reference
     apart = [differences(fine, run) for run in (coarse, search.pilot.outcome)]
     own = differences(search.pilot.outcome, reference.proofs[-1])
     farther = {name: max(each[name] for each in apart) + own[name] for name in apart[0]}
     found = bounded_run(fine, error, farther, steps_record(ran), sensitivity)
     if found.error > target_error and search.numerics.scheme not in COMPOSITIONS:
-        # Composed steps cost more but do not amplify rounding.
+        # Composed steps cost more, but do not amplify rounding errors.
         return solve_with_lammps(problem, target_error, sensitivity, SCRIPTED_SCHEMES, files)
     found.details["choice"] |= {
         "seconds": chosen,
         "reference_restitution": reference.restitution,
         "reference_error": search.reference_error(),
-        # This error comes from LAMMPS alone: it is the difference between its two runs.
+        # This error comes from LAMMPS alone, from the difference between its two runs.
         "error_alone": found.error - error + largest_difference(fine, [coarse]),
     }
     details = found.details | {"scouting": search.pilot.beside(fine)}
@@ -234,17 +236,18 @@ def choose_numerics(
     schemes: Sequence[StepSchemeName],
 ) -> Numerics:
     """
-    Return a scheme for a tolerance, with the step and table that it needs.
+    Return the numerics of LAMMPS for a tolerance: scheme, step and table.
 
-    `schemes` are tried in turn; for unequal masses, two bodies and warm chains they are sorted by
-    their measured costs first. The first scheme that reaches the tolerance is returned. If bonds
-    pass kinks, this is Verlet, which is as exact there as any other scheme and far quicker.
+    The result has the first of `schemes` that reaches the tolerance. For unequal masses, two bodies
+    and warm chains, the schemes are sorted by their costs first, which follow from short runs. If
+    bonds pass kinks, the scheme is Verlet, because at kinks it is as accurate as any other scheme
+    and far faster.
     """
     if problem.bond.only_pushes:
         return Numerics(scheme="verlet", timestep=granular_step(problem, tolerance))
     reference_run = pilot.reference
     numerics = Numerics(scheme="verlet", bond_range=pilot.table_range())
-    # A spline cannot represent a kink; straight lines between rows can, if one row lies on the
+    # A spline cannot represent a kink. Linear interpolation can, if a row of the table lies at the
     # kink.
     style: TableStyle = "linear" if reference_run.kinked and problem.bond.kinks else "spline"
     if problem.bond.is_tabulated:
@@ -264,9 +267,9 @@ def choose_numerics(
         is not None
     )
     if not problem.line.has_equal_masses:
-        # Sort by the costs that the estimated steps imply. Long flights between contacts, and heavy
-        # particles among light ones, amplify errors, and the usually cheapest low orders may then
-        # cost most.
+        # Sort the schemes by the costs that the estimated steps imply. Long flights between
+        # contacts, and heavy particles among light particles, amplify errors. Low orders, which are
+        # usually cheapest, may then cost most.
         guessed = sorted(guessed, key=lambda each: STEP_SCHEMES[each[0]].evaluations / each[1])
     for scheme, guess in guessed:
         coarse = find_step(problem, scheme, target_errors[scheme], reference_run, guess)
@@ -279,13 +282,13 @@ def choose_numerics(
 
 
 def coarser_target_error(problem: Problem, scheme: StepSchemeName, target_error: float) -> float:
-    """Return the reference engine's error at `COARSER` times the step that LAMMPS needs."""
+    """Return the error of the reference engine at `COARSER` times the step that LAMMPS needs."""
     share = share_of_difference(effective_order(problem, scheme), COARSER)
     return STEP_SHARE * target_error / (_LAMMPS_OVER_REFERENCE * share)
 
 
 def least_step(problem: Problem, duration: float) -> float:
-    """Return the smallest Verlet step of a run that covers a duration within minutes."""
+    """Return the smallest Verlet step with which a run of some duration takes about a minute."""
     return duration * problem.all_particles / _MOST_BOND_STEPS
 
 
@@ -295,7 +298,7 @@ def usual_schemes(
     schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
     sensitivity: float = 0.0,
 ) -> list[StepSchemeName]:
-    """Return the schemes that LAMMPS can use, the usually cheapest for a tolerance first."""
+    """Return the schemes that LAMMPS can use for a tolerance, the usually cheapest one first."""
     serving = [
         scheme for scheme in schemes if serves_in_lammps(problem, scheme, tolerance, sensitivity)
     ]
@@ -303,7 +306,7 @@ def usual_schemes(
     usual = [name for name in serving if tolerance > table.get(name, math.inf)]
     # The table lists schemes from loose to tight tolerances.
     first = max(usual, key=lambda name: table[name], default=_ALWAYS)
-    # Schemes of similar order follow.
+    # Next come schemes of similar order.
     others = SCRIPTED_SCHEMES if first == "verlet" else SCRIPTED_SCHEMES[::-1]
     return [first, *(name for name in others if name != first)]
 
@@ -312,10 +315,11 @@ def serves_in_lammps(
     problem: Problem, scheme: StepSchemeName, tolerance: float, sensitivity: float = 0.0
 ) -> bool:
     """
-    Return whether a scheme may be chosen for a tolerance.
+    Return whether LAMMPS may use a scheme for a tolerance.
 
-    Extrapolated steps are for cold chains at a wall, with which they were measured, and only if the
-    rounding that they amplify leaves room. For `sensitivity` see :class:`LammpsSearch`.
+    Extrapolated steps may be used for cold chains at a wall, for which their errors were measured,
+    and only if their rounding error is far enough below the tolerance. For `sensitivity` see
+    :class:`LammpsSearch`.
     """
     if scheme in COMPOSITIONS:
         return True

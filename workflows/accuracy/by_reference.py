@@ -1,4 +1,4 @@
-"""Solve scenes to a tolerance with the reference engine, and converge runs for other engines."""
+"""Solve scenes to a tolerance with the reference engine."""
 
 from dataclasses import replace
 
@@ -26,22 +26,22 @@ from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 from chaincor.workflows.errors import CrossingError, RunError
 from chaincor.workflows.measured import measured
 
-# The error of an adaptive run, divided by its differences to runs at ten and a hundred times its
-# accuracy. The lower limit of 0.3 is nearly three times the largest value of 20 scenes, because
-# these scenes are few.
+# These ratios are the error of an adaptive run divided by its differences from runs at ten and a
+# hundred times its accuracy. The lower limit of 0.3 is nearly three times the largest ratio among
+# 20 scenes, because 20 scenes are few.
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share", 0.3) * weight for weight in (1.0, 0.4))
-# Kinks make the error fall irregularly, so the shares are three times as large as without kinks, as
-# for fixed steps.
+# With kinks, the error falls irregularly. The ratios are therefore three times as large as without
+# kinks, as for fixed steps.
 _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
-# Columns of beads have many kinks, so they have shares of their own. In 665 random columns of 2 to
-# 15 beads at three accuracies, 5 runs in 2000 exceed the larger of 3.0 and 1.0 times the
-# differences, by a factor of 1.45 at most.
+# Columns of beads have many kinks and therefore other ratios. Among 665 random columns of 2 to 15
+# beads at three accuracies, the errors of 5 runs in 2000 exceed the bound with the ratios 3.0 and
+# 1.0, by a factor of at most 1.45.
 _BEAD_SHARES = (4.0, 1.5)
 _MOST_REFINEMENTS = 15
-# If adaptive steps would take hours, the limit of hard spheres is used with its own error bar,
-# provided that it is good to three digits.
+# If adaptive steps would take hours, the limit of hard spheres is used, with its own error bar,
+# provided that its error is at most this.
 _ROUGH_SPHERES = 1e-3
-# The exact propagator has rounding errors alone. A comparison with higher precision shows that they
+# The exact propagator has only rounding errors. A comparison with higher precision shows that they
 # are below this limit.
 MODAL_ERROR = 1e-13
 
@@ -50,10 +50,10 @@ def solve_with_reference(
     problem: Problem, target_error: float, sensitivity: float, known: Outcome | None = None
 ) -> BoundedRun:
     """
-    Run a scene with the cheapest reference solver, an exact one if possible.
+    Solve a scene with the cheapest solver of the reference engine, an exact one if possible.
 
-    `sensitivity` is the rounding sensitivity of eta, if it matters. `known` is the collision
-    followed to its end at some step; by default this is done here.
+    `sensitivity` is the rounding sensitivity of eta, 0 if it does not matter. `known` is an outcome
+    of this collision whose end is known; without it, this function searches for the end.
     """
     solver = solver_of(problem, REFERENCE_SOLVERS)
     if solver is EXACT_MODES:
@@ -80,12 +80,12 @@ def solve_with_reference(
 
 
 def _as_spheres(problem: Problem, deviation: float) -> BoundedRun:
-    """Return the result of hard spheres; the errors of its times, speeds and modes are unknown."""
+    """Return the limit of hard spheres; the errors of times, speeds and modes are unknown."""
     return bounded_run(HARD_SPHERES.run(problem), deviation, {})
 
 
 def _solve_irregularly(problem: Problem, target_error: float, sensitivity: float) -> BoundedRun:
-    """Refine without assuming an order, because bonds of users may have kinks."""
+    """Refine the steps without assuming an order, because bonds of users may have kinks."""
     found = refine_irregularly(problem, target_error, rounding_error("reference", problem))
     if found.stalled or rounding_matters("reference", problem, target_error):
         sensitivity = sensitivity or find_rounding_sensitivity(problem)
@@ -93,7 +93,7 @@ def _solve_irregularly(problem: Problem, target_error: float, sensitivity: float
 
 
 def _solve_with_adaptive_steps(problem: Problem, target_error: float) -> BoundedRun:
-    """Run the adaptive integrator at increasing accuracy until three runs agree."""
+    """Run the adaptive engine at increasing accuracy until three runs agree."""
     floor = rounding_error("reference", problem)
     shares = _ADAPTIVE_SHARES if problem.bond.smooth else _IRREGULAR_SHARES
     shares = _BEAD_SHARES if problem.bond.only_pushes else shares
@@ -102,7 +102,8 @@ def _solve_with_adaptive_steps(problem: Problem, target_error: float) -> Bounded
 
     def attempt(accuracy: float) -> Attempt[Outcome]:
         fine = ADAPTIVE_STEPS.run(problem, None, accuracy)
-        # The error sometimes shrinks by less than ten, and one difference can be small by chance.
+        # Sometimes the error shrinks by less than a factor of ten, and one difference may be small
+        # by chance.
         eta = fine.eta
         error = max(share * abs(run.eta - eta) for share, run in zip(shares, runs[:2], strict=True))
         runs.insert(0, fine)
@@ -115,10 +116,10 @@ def _solve_with_adaptive_steps(problem: Problem, target_error: float) -> Bounded
 
 def converge(problem: Problem, target_error: float) -> ConvergedRun:
     """
-    Refine the reference engine until its error is below a target, or finer steps do not help.
+    Run the reference engine at ever smaller steps until its error is below a target.
 
-    Harmonic chains are exact. The error includes rounding. Raises the RunError that stopped the
-    finest runs.
+    The refinement also ends if smaller steps do not help. Results for harmonic chains are exact.
+    The error includes rounding. Raises the RunError that stopped the runs with the smallest steps.
     """
     if EXACT_MODES.supports(problem):
         return exact_modes(problem)
@@ -128,7 +129,7 @@ def converge(problem: Problem, target_error: float) -> ConvergedRun:
         run, step = solved.outcome, solved.bar.step or 0.0
         return ConvergedRun(run, [*solved.others], run.eta, step + floor, run.seconds)
     if is_smooth(problem):
-        # Trial steps for LAMMPS use this compiled scheme, too.
+        # Trial steps for LAMMPS use the same scheme, whose loop is then compiled already.
         found = refine_regularly(problem, target_error, "order8", floor, None)
     else:
         found = refine_irregularly(problem, target_error, floor)
@@ -137,10 +138,10 @@ def converge(problem: Problem, target_error: float) -> ConvergedRun:
 
 def exact_modes(problem: Problem) -> ConvergedRun:
     """
-    Return the exact collision of a harmonic chain, for comparison with LAMMPS.
+    Return the exact result for a harmonic chain, for comparison with LAMMPS.
 
-    Its error is the rounding of modes. Raises CrossingError if particles pass through each other,
-    which LAMMPS cannot follow.
+    Its only error is rounding in the modes. Raises CrossingError if particles pass through each
+    other, because LAMMPS cannot compute this motion.
     """
     outcome = EXACT_MODES.run(problem)
     if outcome.crossed:
@@ -156,9 +157,10 @@ def exact_modes(problem: Problem) -> ConvergedRun:
 
 def modal_error(problem: Problem) -> float:
     """
-    Return the error of eta of an exact propagation, beyond that of a plain chain at a wall.
+    Return the additional error of eta in an exact propagation of unusual bodies.
 
-    Light particles between heavy ones, and long bodies with many contacts, amplify rounding. The
-    error is three times the largest effect of several changes of all rounding errors.
+    The error is zero for a cold chain of equal masses at a wall. Light particles between heavy
+    particles, and long bodies with many contacts, amplify rounding errors. The error is then three
+    times the largest change of eta when all rounding errors change.
     """
     return 0.0 if problem.line.is_standard else 3.0 * modal.rounding_sensitivity(problem)

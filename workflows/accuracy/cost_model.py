@@ -1,4 +1,4 @@
-"""Measured cost of LAMMPS runs, for forecasts and for steps that fit into a time limit."""
+"""Measure and forecast the time that LAMMPS runs take."""
 
 import datetime
 import json
@@ -26,46 +26,49 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.versions import processor
 
 _FILE = "cost_model.json"
-# For bodies of unequal masses, Python checks the gap before each Verlet step, because no bound
-# gives the time of their contact. The check costs as much as this many stages: 15 to 20 us against
-# 1.9 us.
+# For bodies of unequal masses, Python checks the gap before each Verlet step, because there is no
+# bound on the time until their contact. A check takes as long as this many stages: 15 to 20 us,
+# compared with 1.9 us for a stage.
 _LOOK = 8.0
-# A measurement has this many repeats, chains and steps, and tables of this many rows.
+# These constants are the number of repeats in a measurement, the lengths of its chains, their
+# numbers of steps, and the number of rows in their tables.
 _REPEATS = 7
 _SHORT_CHAIN, _LONG_CHAIN = 20, 1000
 _STEPS = {_SHORT_CHAIN: 20_000, _LONG_CHAIN: 1_000}
 _ROWS = 1_001
-# At this velocity a chain is almost at rest: no bond leaves its table, and nothing comes near the
+# At this velocity a chain hardly moves: no bond leaves its table, and no particle comes near the
 # wall.
 _TREMBLE = 1e-4
 
 
-# Seconds of one step of LAMMPS's granular styles driven from Python, and of one bead in this step.
+# Seconds for one step with LAMMPS's granular styles, controlled from Python, and for each bead in
+# this step.
 _GRANULAR_STEP, _GRANULAR_BEAD = 6e-6, 9e-8
 
 
 @dataclass(frozen=True)
 class CostModel:
-    """Seconds of the parts of a LAMMPS run."""
+    """Times, in seconds, of the parts of a LAMMPS run."""
 
     measured_on: str  #: Date and machine of the measurement.
-    step: float  #: Seconds of one Verlet step inside a run, without its bonds.
-    #: Seconds of one harmonic bond in one step.
+    step: float  #: Seconds for one Verlet step inside a run, without bonds.
+    #: Seconds for one harmonic bond in one step.
     harmonic_bond: float
-    linear_bond: float  #: Seconds of one bond with a linear table in one step.
-    spline_bond: float  #: Seconds of one bond with a spline table in one step.
-    #: Seconds added by one stage of a composition, or one part of an extrapolated step: a ``run``
-    #: command, and the change of its Verlet steps.
+    linear_bond: float  #: Seconds for one bond with a linear table in one step.
+    spline_bond: float  #: Seconds for one bond with a spline table in one step.
+    #: Seconds that one stage of a composition, or one part of an extrapolated step, adds: a ``run``
+    #: command, and the change of masses and velocities.
     stage: float
-    #: Seconds that one contact adds to Verlet steps: undone steps, the shortened step, the
-    #: reversal.
+    #: Seconds that one contact adds to a run with Verlet steps: undone steps, the shortened step,
+    #: and the reversal.
     contact: float
 
     def integration(self, problem: Problem, numerics: Numerics, duration: float) -> float:
         """
-        Return the expected seconds to integrate a simulated time.
+        Return the expected seconds for integrating a simulated time.
 
-        The time after the last contact is left out, because LAMMPS stops soon after this contact.
+        The result does not include the motion after the last contact, because LAMMPS stops soon
+        after it.
         """
         if problem.bond.only_pushes:
             per_step = _GRANULAR_STEP + _GRANULAR_BEAD * problem.all_particles
@@ -73,8 +76,7 @@ class CostModel:
         harmonic = problem.bond.is_harmonic
         per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
         scheme = STEP_SCHEMES[numerics.scheme]
-        # A free target has bonds of its own, and the shorter of both bodies limits the number of
-        # contacts.
+        # A free target has its own bonds. The number of contacts is limited by the shorter body.
         targets = problem.line.targets
         bonds = problem.particles - 1 + max(targets - 1, 0)
         contacts = 0.9 * (min(problem.particles, targets) if targets else problem.particles)
@@ -84,26 +86,26 @@ class CostModel:
             if not problem.line.is_standard:
                 per_step += _LOOK * self.stage
             return steps * per_step + contacts * self.contact
-        # A contact costs about one more step.
+        # A contact costs about one additional step.
         return (steps + contacts) * (per_step + scheme.runs * self.stage)
 
     def save(self, path: Path) -> None:
-        """Write the model to a file, and make its folder."""
+        """Write the model to a file; create the folder if necessary."""
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(asdict(self), indent=2) + "\n")
 
 
 def user_cost_model_path() -> Path:
-    """Return the path where ``chaincor tradeoff --calibrate`` keeps this machine's model."""
+    """Return the path to which ``chaincor tradeoff --calibrate`` writes this machine's model."""
     return user_config_path("chaincor") / _FILE
 
 
 @cache
 def cost_model() -> CostModel:
     """
-    Return this machine's model, or the one that comes with the program.
+    Return the cost model of this machine, or the model that comes with the program.
 
-    If this machine's file cannot be used, one line on stderr says so.
+    If this machine's file cannot be used, a warning is printed to stderr.
     """
     path = user_cost_model_path()
     try:
@@ -120,7 +122,7 @@ def cost_model() -> CostModel:
 
 
 def shipped_cost_model() -> CostModel:
-    """Return the model that comes with the program."""
+    """Return the cost model that comes with the program."""
     return CostModel(
         **json.loads(resources.files("chaincor.workflows.accuracy").joinpath(_FILE).read_text())
     )
@@ -128,10 +130,10 @@ def shipped_cost_model() -> CostModel:
 
 def calibrate(repeats: int = _REPEATS) -> CostModel:
     """
-    Measure the cost of LAMMPS, in some seconds.
+    Measure the cost of LAMMPS on this machine, which takes some seconds.
 
-    Every cost is the least of several repeats in turns, in processor seconds, because other work on
-    the machine only adds to them.
+    Every cost is the minimum over several repeats, in processor seconds, because other work on the
+    machine can only increase a time. The jobs alternate between repeats.
     """
     jobs: dict[str, Callable[[], float]] = {
         "harmonic short": lambda: _time_step(_SHORT_CHAIN, None),
@@ -148,7 +150,7 @@ def calibrate(repeats: int = _REPEATS) -> CostModel:
             times[name].append(job())
         collisions.append(_time_collision())
     cost = {name: min(values) for name, values in times.items()}
-    # Two lengths of chain separate the cost of a step from the cost of its bonds.
+    # Chains of two lengths separate the cost of a step from the cost of its bonds.
     bonds = {_SHORT_CHAIN: _SHORT_CHAIN - 1, _LONG_CHAIN: _LONG_CHAIN - 1}
     harmonic = (cost["harmonic long"] - cost["harmonic short"]) / (
         bonds[_LONG_CHAIN] - bonds[_SHORT_CHAIN]
@@ -175,7 +177,7 @@ def calibrate(repeats: int = _REPEATS) -> CostModel:
 def _chain(
     particles: int, style: TableStyle | None = None, scheme: StepSchemeName = "verlet"
 ) -> Iterator[LammpsChain]:
-    """Set up a chain, harmonic or with a table of a style."""
+    """Set up a chain with harmonic bonds, or with a bond table of a given style."""
     potential = "harmonic" if style is None else "lj"
     problem = Scene(potential=potential, particles=particles, velocity=_TREMBLE).problem
     table = None if style is None else tabulate(problem.bond, (0.9, 1.1), style, _ROWS)
@@ -198,7 +200,7 @@ def _time_step(particles: int, style: TableStyle | None) -> float:
 
 
 def _time_stage() -> float:
-    """Return the seconds of one stage of a composition, with its step, for n = 100, harmonic."""
+    """Return the seconds of one stage of a composition, including its Verlet step, for n = 100."""
     steps = 60
     with _chain(100, scheme="order8") as chain:
         chain.step()
@@ -210,7 +212,7 @@ def _time_stage() -> float:
 
 
 def _time_setup() -> float:
-    """Return the seconds to set up a harmonic chain, which the time of a collision includes."""
+    """Return the seconds for setting up a harmonic chain, to be subtracted from a collision."""
     started = time.thread_time()
     with _chain(100):
         pass
@@ -218,7 +220,7 @@ def _time_setup() -> float:
 
 
 def _time_collision() -> tuple[float, int, int]:
-    """Return seconds with set-up, force evaluations and contacts of a Verlet collision."""
+    """Return seconds (with set-up), force evaluations and contacts for a Verlet collision."""
     problem = Scene(potential="harmonic", particles=100, velocity=0.1).problem
     started = time.thread_time()
     outcome = lammps.run(problem, Numerics(scheme="verlet", timestep=0.0125))

@@ -1,4 +1,4 @@
-"""Solve scenes of smooth bonds to a tolerance with fixed steps, refined until three steps agree."""
+"""Solve scenes with smooth bonds to a tolerance, with fixed steps."""
 
 import math
 from collections.abc import Sequence
@@ -27,40 +27,42 @@ from chaincor.workflows.engines.rounding import amplified_rounding, rounding_err
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
-# Each scheme is usually the cheapest for target errors above its number.
+# Each scheme is usually the cheapest for target errors above its value.
 _SCHEMES: dict[StepSchemeName, float] = measured("reference_schemes")
-# This scheme amplifies rounding least. It is used for any target error in long chains, in which
-# grazing contacts depend on the last digit. The choice affects only the cost.
+# This scheme amplifies rounding errors least. Long chains use it for any target error, because
+# their grazing contacts depend on the last digit. The choice affects only the cost.
 _PLAINEST: StepSchemeName = "srkn14"
-# Bodies that need more attempts than this number amplify errors more than usual.
+# If bodies need more attempts than this, they amplify errors more than usual.
 _USUAL_TRIES = 3
-# Chains of more particles than this are solved one by one, with a measurement of their rounding, if
-# they need finer steps than usual.
+# Chains of more particles are not solved in batches. If they need smaller steps than usual, their
+# rounding sensitivity is measured.
 LONGEST_TRUSTED = 250
 # The error is multiplied by this factor if the number of contacts depends on the step, and for
-# bodies that amplify errors of steps. Among 141 chains with one heavy mass, at three steps each,
-# three had errors of up to 2.1 times the estimate.
+# bodies that amplify the errors of steps. Among 141 chains with one heavy mass, at three steps
+# each, three runs had errors of up to 2.1 times the estimate.
 _RESERVE = 3.0
-# Velocities have converged if their change in the near run is at most the first number times their
-# change at twice the step (0.12 at order 4), or the second number times the velocities. Unequal
-# masses, two bodies and warm chains amplify errors of steps: among 527 chains with one heavy mass,
-# 51 had too small an error bar while the order of the scheme was trusted.
+# Let d(k) be the largest difference in velocities between the runs at k times the step and at the
+# step. Velocities have converged if d(1.3) is at most _NEARER times d(2) (for order 4 the ratio is
+# 0.12), or at most _SAME times the largest velocity. The check is needed because unequal masses,
+# two bodies and warm chains amplify the errors of steps: without it, 51 of 527 chains with one
+# heavy mass had too small an error bar.
 _NEARER, _SAME = 0.15, 1e-9
-# Steps with this usual error resolve a long chain; longer steps do not show whether contacts depend
-# on the last digit. In lj chains of 3000 and 4000 particles (0.4 v*) contacts do not depend on the
-# last digit at H = 0.063, and seem to at 0.126. In chains of 4500 to 10000 they do at any step.
+# A step whose usual error is below this limit resolves a long chain; longer steps do not show
+# whether contacts depend on the last digit. In lj chains of 3000 and 4000 particles (0.4 v*),
+# contacts do not depend on the last digit at H = 0.063, but seem to do so at H = 0.126. In chains
+# of 4500 to 10000 particles, contacts depend on the last digit at any step.
 _RESOLVED = 2e-11
 _MOST_REFINEMENTS = 15
 _LEAST_STEP = 1e-5
 
 
 def usual_scheme(target_error: float) -> StepSchemeName:
-    """Return the scheme of fixed steps that is usually cheapest for a target error."""
+    """Return the scheme that is usually cheapest for a target error."""
     return next(name for name, least in _SCHEMES.items() if target_error > least)
 
 
 def plain_scheme(problem: Problem, target_error: float, sensitivity: float) -> StepSchemeName:
-    """Return the usual scheme, or the one that amplifies rounding least if there is much of it."""
+    """Return the usual scheme, or `_PLAINEST` if rounding errors are large."""
     scheme = usual_scheme(target_error)
     if problem.line.has_equal_masses:
         much = problem.particles > LONG
@@ -74,7 +76,7 @@ def solve_with_fixed_steps(
     problem: Problem, target_error: float, sensitivity: float, followed: Outcome | None = None
 ) -> BoundedRun:
     """
-    Return the solution from the usual step of a scheme, refined until three steps agree.
+    Solve a scene; refine the usual step of a scheme until runs at three steps agree.
 
     For `sensitivity` and `followed` see
     :func:`chaincor.workflows.accuracy.by_reference.solve_with_reference`.
@@ -98,7 +100,7 @@ def _meet_with_scheme(
     sensitivity: float,
     followed: Outcome | None,
 ) -> BoundedRun:
-    """Refine the steps of one scheme, then examine the end and the effect of rounding."""
+    """Refine the steps of one scheme, then examine the end of the collision and the rounding."""
     floor = rounding_error("reference", problem)
     found = refine_regularly(problem, target_error, scheme, floor, followed)
     fine, error, proof = found.outcome, found.error, found.proofs[0]
@@ -109,10 +111,11 @@ def _meet_with_scheme(
         error = max(error, abs(whole.eta - fine.eta))
         fine = with_doubts(whole, (fine, proof))
     silent = fine.longest_silence > sound_round_trip(problem.longest_body, problem.slow_stiffness)
-    # Scenes with unequal masses, two bodies or warm chains have had their rounding examined before,
-    # at a step that is long for bodies that need many tries. A chain that broke amplifies rounding
-    # after a long time without a contact. If the number of contacts depends on the step, it may
-    # also depend on rounding, and so it may in long chains that need finer steps than usual.
+    # For unequal masses, two bodies or warm chains, the rounding sensitivity is known already, but
+    # was measured at a step that is too long for bodies that need many attempts. A chain that broke
+    # amplifies rounding errors during a long time without a contact. If the number of contacts
+    # depends on the step, it may also depend on rounding. In long chains that need smaller steps
+    # than usual, it may depend on rounding as well.
     refined = problem.particles > LONGEST_TRUSTED and len(found.tries) > 1
     matters = sensitivity > 0.0 or refined or rounding_matters("reference", problem, target_error)
     hard = not problem.line.has_equal_masses and len(found.tries) > _USUAL_TRIES
@@ -123,13 +126,14 @@ def _meet_with_scheme(
         or found.stalled
         or hard
     ):
-        amplification = STEP_SCHEMES[scheme].amplification  # the error bar multiplies by this
+        # the error bar multiplies by this factor
+        amplification = STEP_SCHEMES[scheme].amplification
         changed = found.nudged or nudged_change(problem, scheme, step, fine)
         sensitivity = max(sensitivity, changed / amplification)
         sure = not problem.line.has_equal_masses and fine.ending.kind == "proved"
         if silent and max(amplification * sensitivity, error) > target_error and not sure:
-            # If rounding decides the impulse of this contact, it may also decide whether another
-            # contact follows.
+            # If rounding affects the impulse of the last contact, it may also decide whether
+            # another contact follows.
             another = 2.0 * float(fine.contact_speeds[-1])
             fine = replace(fine, ending=fine.ending.doubted(another))
     bounded = bounded_run(fine, error, proof, found.tries, sensitivity)
@@ -138,16 +142,16 @@ def _meet_with_scheme(
 
 def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
     """
-    Return an outcome whose end is in doubt if other outcomes disagree on late contacts.
+    Return an outcome whose end is open if other outcomes disagree about late contacts.
 
-    The others are the same collision at other steps.
+    The other outcomes are runs of the same collision at other steps.
     """
     ending = outcome.ending
     for other in others:
         ending = ending.doubted(other.ending.missed_momentum)
-        # If only one run has a grazing contact in the middle of the collision, the difference of
-        # the runs shows its effect. A contact after the last contact of the other run may be the
-        # first of several.
+        # If only one run has a grazing contact in the middle of the collision, the difference
+        # between the runs shows the effect of this contact. A contact after the last contact of the
+        # other run, however, may be the first of several.
         sooner, later = sorted((outcome, other), key=lambda each: float(each.contact_times[-1]))
         same = int(np.argmin(np.abs(later.contact_times - sooner.contact_times[-1])))
         ending = ending.doubted(2.0 * float(np.sum(later.contact_speeds[same + 1 :])))
@@ -155,7 +159,7 @@ def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
 
 
 def first_step(problem: Problem, scheme: StepSchemeName, reachable: float) -> float:
-    """Return the first step to try for an error; usually it suffices."""
+    """Return the first step to try for a target error; usually this step suffices."""
     return 0.5 * guess_step(problem, scheme, STEP_SHARE * reachable / usual_share(scheme))
 
 
@@ -167,12 +171,13 @@ def refine_regularly(
     followed: Outcome | None,
 ) -> ConvergedRun:
     """
-    Refine the step until three steps agree, or finer steps do not help.
+    Refine the step until runs at three steps agree, or smaller steps do not help.
 
     Bonds are smooth. `target_error` is the required error of eta and `floor` the rounding error.
-    `followed` is this collision at some step, followed to its end; without it the first run is
-    followed. The best runs decide. If rounding decides, the first of the last few runs does.
-    Raises RunError, with the cause that stopped the finest runs.
+    `followed` is an outcome of this collision whose end is known; without it, the first run is
+    followed to its end. The result is the run with the smallest error or, if rounding decides the
+    collision, the first of the last few runs. Raises the RunError that stopped the runs with the
+    smallest steps.
     """
     search = _Search(problem, target_error, floor, scheme, followed)
     policy = Policy(_MOST_REFINEMENTS, stalls=True)
@@ -183,10 +188,11 @@ def refine_regularly(
 @dataclass
 class _Search:
     """
-    Search with runs at ever smaller steps, each compared with runs at `COARSER` times its step.
+    Search with ever smaller steps; each run is compared with runs at `COARSER` times its step.
 
-    The motion after the last contact is examined once, in the run `known`. `nudged` is the change
-    of eta by other rounding, if this explains the difference between steps.
+    The motion after the last contact is examined only in one run, `known`. If other rounding errors
+    explain the difference between runs at several steps, `nudged` is the change of eta that they
+    cause.
     """
 
     problem: Problem
@@ -215,26 +221,28 @@ class _Search:
         error, regular = self._error(fine, proofs)
         resolved = step <= first_step(problem, scheme, _RESOLVED)
         if problem.particles > LONG and resolved and not regular and error > target_error:
-            # If rounding explains the difference between steps, finer steps do not help.
+            # If rounding explains the difference between runs at several steps, smaller steps do
+            # not help.
             enough = error / amplified_rounding("reference", 1.0, problem)
             changed = nudged_change(problem, scheme, step, fine, enough)
             self.nudged = changed if changed >= enough else 0.0
         done = error + floor <= target_error or error < 0.3 * floor or step < _LEAST_STEP
-        # No finer step reduces the error from contacts after an open end.
+        # Smaller steps do not reduce the error from contacts after an open end.
         ending = ending_error(self.known)
         done |= problem.particles > LONG and regular and error <= ending > target_error
         if done and self.nudged == 0.0 and differ(fine, [self.known]):
-            # The end is the end of a run with other contacts, so this run may have one more
-            # contact.
+            # The known end belongs to a run with another number of contacts; this run may have one
+            # contact more.
             whole = run_reference(problem, scheme, step)
             late, self.known = differ(fine, [whole]), whole
             if late:
                 return Attempt(step, math.inf, [whole, *proofs], following=step)
             fine = whole
-        share = 0.5  # without an order, this run is compared with the next one
+        # without an order, halve the step, so that the next run is compared with this one
+        share = 0.5
         if regular:
             order = effective_order(problem, scheme)
-            # Below the rounding floor a finer step gains nothing.
+            # Below the rounding error, a smaller step does not help.
             share = by_order(STEP_SHARE * max(target_error, floor), error, order, 0.3)
         return Attempt(step, error, [fine, *proofs], done or self.nudged > 0.0, step * share)
 
@@ -242,8 +250,9 @@ class _Search:
         """
         Return runs at `COARSER` times the step of a run; `last` may be one of them.
 
-        For a long chain, only the first run is made if it misses the target error and has other
-        contacts. No order holds in this case, so a second run would prove nothing.
+        For a long chain, the second run is omitted if the first run misses the target error and has
+        another number of contacts. In this case errors follow no order, and a second run would
+        prove nothing.
         """
         problem = self.problem
         assert fine.timestep is not None
@@ -260,7 +269,7 @@ class _Search:
         return runs
 
     def _error(self, fine: Outcome, proofs: Sequence[Outcome]) -> tuple[float, bool]:
-        """Return the error of a run's step, and whether it falls with the order of the scheme."""
+        """Return the error due to the step of a run, and whether the runs converge fast enough."""
         far, *nearer = (difference_to(fine, run) for run in proofs)
         amplifies = not self.problem.line.has_equal_masses
         if amplifies and nearer and not _converge(fine, proofs[1], proofs[0]):
@@ -274,9 +283,10 @@ class _Search:
 
 def _converge(fine: Outcome, near: Outcome, coarse: Outcome) -> bool:
     """
-    Return whether the near run has velocities much closer to the fine run than the coarse run.
+    Return whether the velocities of all particles converge.
 
-    Otherwise the motions differ and agree in eta by chance.
+    The near run must be much closer to the fine run than the coarse run is. Otherwise the motions
+    differ, and eta agrees only by chance.
     """
     small, large = (
         float(np.max(np.abs(run.velocities - fine.velocities))) for run in (near, coarse)

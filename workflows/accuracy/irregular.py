@@ -1,4 +1,4 @@
-"""Solve scenes with bonds of unknown smoothness to a target error, without a known order."""
+"""Solve scenes with bonds of unknown smoothness to a target error."""
 
 import math
 from dataclasses import dataclass
@@ -25,31 +25,32 @@ from chaincor.workflows.engines.reference.kernels import kernels_for
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
 
-# A bond that passes a kink within a step causes an error of second order whose sign depends on the
-# place of the kink in the step, so two runs may agree by luck. Four coarser runs, at steps that
-# share no phase, seldom do: with independent Gaussian errors, all four differ from the finest run
-# by less than 1/1.5 of its error in 2 cases of 1000.
+# A bond that passes a kink within a step causes an error of second order. The sign of this error
+# depends on the position of the kink within the step; two runs may therefore agree by chance. Four
+# coarser runs, at steps without common multiples, seldom agree by chance: with independent Gaussian
+# errors, all four differ from the finest run by less than 1/1.5 of its error in only 2 of 1000
+# cases.
 COARSER = (2.0, 1.86, 1.73, 1.61)
 KINKED_SHARE = 1.5
-# Without a reliable order, this composition has the smallest error for its number of force
+# If no order is reliable, this composition has the smallest error for its number of force
 # evaluations.
 SCHEME: StepSchemeName = "order8"
-# If no kink was found, half of the share for order 2 is used for every order.
+# This ratio of error to difference applies if no kink was found.
 _SEEMINGLY_SMOOTH_SHARE = 1.0
-# If the error of a scheme of higher order falls no faster than this power of the step, twice in
-# succession, the bonds have kinks that were not declared.
+# If the error of a scheme of higher order falls no faster than this power of the step, in two
+# successive refinements, the bonds have kinks that were not declared.
 _LOST_ORDER = 3.0
 _MOST_REFINEMENTS = 20
-# One run may do this much work, which takes some seconds: bond steps of compiled loops, and steps
-# in NumPy.
+# One run may take this much work, which takes some seconds: steps times bonds in compiled loops, or
+# steps in NumPy.
 _MOST_BOND_STEPS, _MOST_ARRAY_STEPS = 2e9, 1e5
-# Later runs may strain bonds more than the first, coarse run, by this reserve.
+# In later runs, bond strains may exceed those of the first, coarse run by up to this factor.
 _RESERVE = 1.2
 _FIRST_STEP = 0.0125
 
 
 def meets_kinks(problem: Problem) -> bool:
-    """Return whether bonds pass kinks in a coarse run, or whether this run fails."""
+    """Return whether bonds pass kinks in a coarse run, or whether the coarse run fails."""
     kinks = problem.bond.kinks
     if not kinks or problem.particles == 1:
         return False
@@ -63,7 +64,7 @@ def meets_kinks(problem: Problem) -> bool:
 
 
 def least_irregular_step(problem: Problem, scheme: StepSchemeName, duration: float) -> float:
-    """Return the smallest step with which a run over a duration takes some seconds at most."""
+    """Return the smallest step with which a run of some duration takes at most some seconds."""
     parts = STEP_SCHEMES[scheme]
     steps = _MOST_ARRAY_STEPS
     if kernels_for(problem.bond, parts).compiled:
@@ -74,26 +75,26 @@ def least_irregular_step(problem: Problem, scheme: StepSchemeName, duration: flo
 def first_irregular_step(
     problem: Problem, scheme: StepSchemeName, reachable: float, kinked: bool
 ) -> float:
-    """Return the first step to try for an error."""
+    """Return the first step to try for a target error."""
     share = _share(problem, kinked)
     step = 0.5 * guess_step(problem, scheme, STEP_SHARE * reachable / share)
-    # A sound round trip is about the duration of most collisions.
+    # Most collisions last about as long as a sound round trip.
     crossings = 2.0 * problem.longest_body / problem.slow_stiffness**0.5
     return max(step, least_irregular_step(problem, scheme, crossings))
 
 
 def _share(problem: Problem, kinked: bool) -> float:
-    """Return the error over the largest difference between runs."""
+    """Return the ratio of the error to the largest difference between runs."""
     return KINKED_SHARE if kinked or not problem.line.contact.smooth else _SEEMINGLY_SMOOTH_SHARE
 
 
 def refine_irregularly(problem: Problem, target_error: float, floor: float) -> ConvergedRun:
     """
-    Refine the reference engine until its error is below a target error, or costs too much.
+    Run the reference engine at ever smaller steps until its error is below a target.
 
-    Verlet steps are taken if bonds pass kinks or if no order is seen. `floor` is the error from
-    rounding, below which finer steps gain nothing. Raises the RunError that stopped the finest
-    runs.
+    The refinement also ends if smaller steps would cost too much. Verlet steps are taken if bonds
+    pass kinks or if errors follow no higher order. `floor` is the rounding error, below which
+    smaller steps do not help. Raises the RunError that stopped the runs with the smallest steps.
     """
     kinked = meets_kinks(problem)
     search = _Search(problem, target_error, floor, "verlet" if kinked else SCHEME, kinked)
@@ -104,7 +105,7 @@ def refine_irregularly(problem: Problem, target_error: float, floor: float) -> C
 
 @dataclass
 class _Search:
-    """Search with runs at ever smaller steps and at `COARSER` times each step."""
+    """Search with ever smaller steps; each run is compared with runs at longer steps."""
 
     problem: Problem
     target_error: float
@@ -146,7 +147,7 @@ class _Search:
 def _observed_order(
     last: Attempt[list[Outcome]] | None, step: float, error: float, most: float
 ) -> float:
-    """Return the order with which errors fell from the last step to this one."""
+    """Return the observed order: how fast errors fell from the last step to this step."""
     if last is None or error <= 0.0:
         return most
     fell = math.log(max(last.error, 1e-300) / error)

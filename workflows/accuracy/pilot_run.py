@@ -1,4 +1,4 @@
-"""Make pilot runs of the reference engine, which give the data that a later LAMMPS run needs."""
+"""Run the reference engine before LAMMPS, for the data that the LAMMPS run needs."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,23 +19,25 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
 from chaincor.workflows.errors import RunError
 
-# This target error suffices for the range of bonds, which converges long before eta.
+# This target error suffices for the range of bond lengths, which converges much earlier than eta.
 _SCOUTING_GOAL = 1e-4
-# Pilot runs follow frequency ratios up to this one, for which a hundred particles take a second.
-# LAMMPS, with the far longer step of a scene, reports itself if it cannot follow the bonds.
+# Pilot runs are made only for frequency ratios up to this limit, at which a hundred particles take
+# a second. Beyond the limit, LAMMPS itself reports if its much longer step cannot resolve the
+# bonds.
 _SHARPEST = 1e4
-# LAMMPS stops some steps after its check for the end; this factor on the time covers these steps.
+# LAMMPS stops some steps after its check for the end. The time until the check is multiplied by
+# this factor to include these steps.
 _ASKED_WITHIN = 1.3
 
 
 @dataclass(frozen=True)
 class PilotRun:
-    """Data on a collision from a run of the reference engine, for a later LAMMPS run."""
+    """Data on a collision, from the reference engine, for a later LAMMPS run."""
 
     reference: ConvergedRun  #: Converged run, with its eta and error, and whether bonds pass kinks.
-    #: Shortest bond from the initial state until LAMMPS stops, after the last contact.
+    #: Length of the shortest bond from the initial state until LAMMPS stops.
     flight_min: float
-    flight_max: float  #: Longest bond until LAMMPS stops.
+    flight_max: float  #: Length of the longest bond during the same time.
 
     @property
     def outcome(self) -> Outcome:
@@ -44,16 +46,16 @@ class PilotRun:
 
     @property
     def end(self) -> ScoutedEnd:
-        """Data on the end that a script needs."""
+        """Data about the end of the collision, for a script."""
         return scouted_end(self.outcome)
 
     def beside(self, run: Outcome) -> dict[str, Any]:
         """
-        Return the data for the record of a LAMMPS run.
+        Return the data, as a dictionary, for the record of a LAMMPS run.
 
-        The bond range ends with the last contact of the LAMMPS run, because fragments of a broken
-        chain may have further contacts in the pilot run alone. It is None if the two engines have
-        different contacts.
+        The range of bond lengths ends with the last contact of the LAMMPS run, because the
+        fragments of a broken chain may have further contacts only in the pilot run. The range is
+        None if the contacts of both engines differ.
         """
         known, contacts = self.to_dict(), len(run.contact_times)
         if contacts == len(self.outcome.contact_times):
@@ -64,7 +66,7 @@ class PilotRun:
         return known | {"bond_min": shortest, "bond_max": longest}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the data for the record."""
+        """Return the data as a dictionary for the record."""
         run, end = self.outcome, self.end
         return {
             "bond_min": run.bond_min,
@@ -82,10 +84,10 @@ class PilotRun:
 
     def table_range(self) -> tuple[float, float]:
         """
-        Return the shortest and longest bond that a bond table must hold.
+        Return the shortest and longest bond length that a bond table must cover.
 
-        If bonds may have broken, the range covers fragments that fly on until LAMMPS checks for the
-        end.
+        If bonds may have broken, fragments fly apart until LAMMPS checks for the end; the range
+        covers this motion.
         """
         problem, longest = self.outcome.problem, self.flight_max
         nearly_broken = problem.bond.energy(longest - 1.0) >= 0.6 * problem.bond.dissociation
@@ -104,9 +106,9 @@ def pilot_run(
     """
     Return the pilot run of a scene for a target error of eta.
 
-    `fly_on` is the time after the last contact during which bonds are examined. By default this
-    time lasts until LAMMPS has checked for the end, and at least as long as frames are taken.
-    Raises RunError as :func:`converge` does.
+    Bond lengths are examined for the time `fly_on` after the last contact. By default, this time
+    ends when LAMMPS has checked for the end, or later if frames are taken for longer. Raises
+    RunError as :func:`converge` does.
     """
     return watched_on(converge(problem, target_error), fly_on, files)
 
@@ -116,7 +118,7 @@ def watched_on(
     fly_on: float | None = None,
     files: RunFiles = NO_FILES,
 ) -> PilotRun:
-    """Return the pilot run of a converged run; for `fly_on` see :func:`pilot_run`."""
+    """Return the pilot run from a converged run; for `fly_on` see :func:`pilot_run`."""
     outcome, problem = found.outcome, found.outcome.problem
     shortest, longest = bonds_from_start(outcome)
     if problem.longest_body > 1 and problem.bond.is_tabulated:
@@ -132,7 +134,7 @@ def watched_on(
 def usual_pilot_run(
     problem: Problem, fly_on: float | None = None, files: RunFiles = NO_FILES
 ) -> PilotRun | None:
-    """Return a pilot run for the range of bonds; None if the scene cannot be run."""
+    """Return a pilot run for the range of bond lengths; None if no run is possible."""
     if EXACT_MODES.supports(problem):
         return watched_on(exact_modes(problem), fly_on, files)
     if frequency_ratio(problem) > _SHARPEST:

@@ -1,4 +1,4 @@
-"""Plan of a scene: solver, numerics and cost, chosen before anything runs."""
+"""Plan a scene: choose its solver and numerics, and forecast the cost, without a run."""
 
 import math
 from dataclasses import dataclass, replace
@@ -45,14 +45,13 @@ from chaincor.workflows.engines.fragment_bounds import breaking_energy
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import CostError, RunError
 
-# The reference runs, until they agree or until the step of LAMMPS is chosen, cost this many runs of
-# one step.
+# All runs of the reference engine together cost as much as this many runs at the planned step.
 _REFERENCE_RUNS = 2.1
-# If the energy suffices to break this many bonds, motions usually separate so fast that the first
-# step seldom reaches a target error.
+# If the energy suffices to break this many bonds, motions at different steps separate so fast that
+# the first step seldom reaches the target error.
 _SHATTERED = 33.0
-# The cost was measured for chains up to this length; longer chains do not fit into the processor's
-# cache.
+# The cost was measured for chains of up to this many particles; longer chains do not fit into the
+# processor's cache.
 _MOST_MEASURED = 500
 
 
@@ -61,25 +60,26 @@ class Plan:
     """
     Solver and numerics of a scene.
 
-    With a tolerance, the plan holds the first steps to try. The runs may need finer steps, and the
-    reference run decides the step of LAMMPS.
+    With a tolerance, the plan contains the first steps to try. The runs may need smaller steps; the
+    step of LAMMPS depends on the reference run.
     """
 
     problem: Problem  #: Bodies of the collision.
-    solver: Solver  #: Solver that gives the result.
-    scheme: str | None  #: Scheme of its steps; None without fixed steps.
-    numerics: Numerics | None  #: Numerics of its first run; None without fixed steps.
-    #: Steps of the runs that prove the result, as multiples of the step of the result.
+    solver: Solver  #: Solver that computes the result.
+    scheme: str | None  #: Scheme of the solver; None without fixed steps.
+    numerics: Numerics | None  #: Numerics of the first run; None without fixed steps.
+    #: Steps of the runs that prove the result, as multiples of the step of the first run.
     proofs: tuple[float, ...]
-    #: Target error for the choice of numerics; None with explicit numerics.
+    #: Target error for which numerics are chosen; None with explicit numerics.
     target_error: float | None
-    seconds: float  #: Expected seconds on one core, everything included.
-    refusal: str | None = None  #: Reason why nothing can be run.
-    reference: "Plan | None" = None  #: Plan of the reference run that decides the step of LAMMPS.
-    #: Solver that replaces the first solver if a run of three particles shows that it reaches the
-    #: target error.
+    seconds: float  #: Expected total time in seconds on one core.
+    refusal: str | None = None  #: Reason why no run is possible; None otherwise.
+    #: Plan of the reference run that determines the step of LAMMPS.
+    reference: "Plan | None" = None
+    #: Solver that replaces `solver` if a run of three particles shows that it reaches the target
+    #: error.
     instead: Solver | None = None
-    tolerance: float | None = None  #: Absolute error asked of eta; None with explicit numerics.
+    tolerance: float | None = None  #: Required absolute error of eta; None with explicit numerics.
     files: RunFiles = NO_FILES  #: Files that the run writes.
 
     @property
@@ -89,22 +89,22 @@ class Plan:
 
     @property
     def regular(self) -> bool:
-        """Whether the plan has fixed steps of smooth bonds, which have an order."""
+        """Whether the plan has fixed steps and smooth bonds, so that errors follow an order."""
         return self.solver is FIXED_STEPS and is_smooth(self.problem)
 
     @property
     def may_take_longer(self) -> bool:
-        """Whether several times the forecast is usual: for chains longer than the measured ones."""
+        """Whether runs may take several times the forecast, because the chain is very long."""
         return self.problem.longest_body > _MOST_MEASURED and not EXACT_MODES.supports(self.problem)
 
     @property
     def usually_shatters(self) -> bool:
-        """Whether vibrations usually have the energy to break several bonds."""
+        """Whether the chain usually has enough energy to break many bonds."""
         energy = 0.5 * self.problem.particles * self.problem.impact_velocity**2
         return energy > _SHATTERED * breaking_energy(self.problem.bond)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the plan, JSON-ready."""
+        """Return the plan as a dictionary for JSON."""
         numerics = self.numerics
         tabulated = self.solver is LAMMPS and self.problem.bond.is_tabulated
         step = None if numerics is None else numerics.timestep
@@ -128,28 +128,28 @@ class Plan:
 
 def plan(scene: Scene, tolerance: float | None = None) -> Plan:
     """
-    Return the plan of a scene, without a run.
+    Return the plan of a scene; nothing is run.
 
     Parameters
     ----------
     scene : Scene
         The collision, with its engine, and explicit numerics or a tolerance.
     tolerance : float, optional
-        Absolute error asked of eta, in place of the scene's.
+        Required absolute error of eta, in place of the tolerance of the scene.
 
     Returns
     -------
     Plan
-        Solver, numerics, proof runs and expected seconds. For chains of up to 500 particles that
-        compute, seconds are right within a factor of two. Longer chains, which no cache holds, may
-        take 15 times longer, and chains that break 100 times.
+        Solver, numerics, proof runs and expected seconds. The expected seconds are right within a
+        factor of two for up to 500 particles. Longer chains, which do not fit into the processor's
+        cache, may take 15 times longer, and chains that break 100 times.
     """
     asked = scene.asked_tolerance if tolerance is None else tolerance
     if asked is None:
         planned = _given(scene)
     else:
         problem = scene.problem
-        # The target error is never below rounding.
+        # The target error is never far below the rounding error.
         target_error = decade_above(rounding_error(scene.engine, problem), asked)
         with_engine = _with_lammps if scene.engine == "lammps" else _with_reference
         planned = with_engine(problem, target_error)
@@ -159,7 +159,7 @@ def plan(scene: Scene, tolerance: float | None = None) -> Plan:
 
 
 def _given(scene: Scene) -> Plan:
-    """Return the plan of explicit numerics."""
+    """Return the plan of a scene with explicit numerics."""
     problem, numerics = scene.problem, Numerics.from_scene(scene)
     solver = LAMMPS if scene.engine == "lammps" else FIXED_STEPS
     proofs = PROOF_STEPS if scene.error else ()
@@ -189,7 +189,7 @@ def _with_reference(problem: Problem, target_error: float) -> Plan:
 def _with_fixed_steps(
     problem: Problem, target_error: float, scheme: StepSchemeName | None = None
 ) -> Plan:
-    """Return the plan of fixed steps, with the usual scheme or another one."""
+    """Return the plan for fixed steps, with the usual scheme or with the given scheme."""
     reachable = max(target_error, rounding_error("reference", problem))
     if is_smooth(problem):
         scheme = scheme or plain_scheme(problem, target_error, 0.0)
@@ -201,7 +201,7 @@ def _with_fixed_steps(
         proofs = irregular.COARSER
     numerics = forecast_with = Numerics(scheme=scheme, timestep=step)
     if contact_is_stiffest(problem):
-        # Steps during a stiff contact are shortened below the least step of the flight.
+        # Steps during a stiff contact are shorter than steps between contacts.
         shorter = first_step(problem, plain_scheme(problem, target_error, 0.0), reachable)
         forecast_with = replace(numerics, timestep=min(step, shorter))
     seconds = OVERHEAD["reference"] + _REFERENCE_RUNS * FIXED_STEPS.forecast(problem, forecast_with)
@@ -225,16 +225,16 @@ def _with_lammps(problem: Problem, target_error: float) -> Plan:
         seconds = EXACT_MODES.forecast(problem)
         reference = Plan(problem, EXACT_MODES, None, None, (), target_error, seconds)
     else:
-        # Trial steps for LAMMPS in the reference engine use this scheme, too.
+        # Trial steps for LAMMPS in the reference engine use the same scheme.
         reference = _with_fixed_steps(problem, REFERENCE_SHARE * target_error, "order8")
     usual = usual_schemes(problem, target_error)[0]
     numerics = _in_lammps(problem, usual, target_error)
     run = LAMMPS.forecast(problem, numerics)
-    # at kinks Verlet steps are as exact as any, with a table that holds the kinks
+    # at kinks Verlet steps are as accurate as any others; a linear table represents kinks
     if problem.bond.kinks:
         numerics = replace(_in_lammps(problem, "verlet", target_error), table="linear")
         run = LAMMPS.forecast(problem, numerics)
-    elif usual == "verlet":  # taken if it is cheaper than this
+    elif usual == "verlet":  # Verlet steps are taken only if they are cheaper than order 8
         run = LAMMPS.forecast(problem, _in_lammps(problem, "order8", target_error))
     seconds = OVERHEAD["lammps"] + LAMMPS_RUNS * run + reference.seconds
     proofs = (COARSER,)
@@ -245,7 +245,7 @@ def _with_lammps(problem: Problem, target_error: float) -> Plan:
 
 
 def _in_lammps(problem: Problem, scheme: StepSchemeName, target_error: float) -> Numerics:
-    """Return the numerics of LAMMPS with the step that usually reaches a target error."""
+    """Return numerics for LAMMPS with the step that usually reaches a target error."""
     step = (
         guess_step(problem, scheme, coarser_target_error(problem, scheme, target_error)) / COARSER
     )
@@ -255,7 +255,7 @@ def _in_lammps(problem: Problem, scheme: StepSchemeName, target_error: float) ->
 
 
 def refuse_too_costly(scene: Scene, planned: Plan, most_seconds: float) -> None:
-    """Raise CostError if a planned collision is expected to take longer than it may."""
+    """Raise CostError if a planned collision is expected to exceed the time limit."""
     if math.isnan(most_seconds):
         raise InputError("the time limit is nan. Give a number of seconds or hours")
     expected, problem = planned.seconds, planned.problem

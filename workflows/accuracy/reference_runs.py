@@ -1,4 +1,4 @@
-"""Run the reference engine at several steps, or with other rounding errors, for comparison."""
+"""Run the reference engine at several steps, or with other rounding errors, and compare."""
 
 import math
 import sys
@@ -23,34 +23,34 @@ from chaincor.workflows.accuracy.step_proof import difference
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import stepping
 
-# Longer chains have grazing contacts that depend on the last digit.
+# Chains of more particles have grazing contacts that depend on the last digit.
 LONG = 1500
-# The impact velocity is changed by these units of rounding. Among lj chains of 3000 at 0.39 v*, one
-# in three has other last contacts than the rest, and eta of 0.7833 to 0.7842 instead of 0.7813. Two
-# nudges and three steps all agreed there; eight nudges and three steps agree by chance in one case
-# of a hundred.
+# The impact velocity is changed by these multiples of the machine epsilon. Among lj chains of 3000
+# particles at 0.39 v*, one run in three has other last contacts than the rest; its eta is 0.7833 to
+# 0.7842 instead of 0.7813. Runs with two nudges and three steps all agreed there by chance. Runs
+# with eight nudges and three steps agree by chance in one case of a hundred.
 _NUDGES = (-5.0, 3.0)
 _NUDGES_OF_LONG = (*_NUDGES, -9.0, 7.0, -2.0, 11.0, -14.0, 5.0)
-# Steps with this target error resolve the amplification of rounding.
+# Steps for this target error are short enough to measure the amplification of rounding errors.
 _GOAL = 1e-9
-# If the usual step does not run, it is halved at most this many times, to a thousandth.
+# If a run at the usual step fails, the step is halved at most this many times, to a thousandth.
 _MOST_HALVINGS = 10
-# A step that is estimated from one run aims at this fraction of the target error. The error of the
-# next step differs by chance, and a missed target error costs another search, while the fraction
-# shortens a step of order 8 by only a tenth. The fraction affects only the cost, because the error
-# is measured.
+# A step that is estimated from one run is chosen for this fraction of the target error. The error
+# of the next step differs by chance, and a missed target error costs another search; the fraction,
+# however, shortens a step of order 8 by only a tenth. The fraction affects only the cost, because
+# the error is measured.
 _RESERVE = 0.3
 _MOST_TRIES = 5
 
 
 def largest_difference(run: Outcome, others: Iterable[Outcome]) -> float:
-    """Return the largest difference of the restitution between a run and other runs."""
+    """Return the largest difference in eta between a run and other runs."""
     eta = run.eta
     return max(abs(other.eta - eta) for other in others)
 
 
 def difference_to(run: Outcome, other: Outcome) -> float:
-    """Return the `step_proof.difference` of a run to another; of eta alone if contacts differ."""
+    """Return the `step_proof.difference` between two runs; of eta alone if contacts differ."""
     if differ(run, [other]):
         return largest_difference(run, [other])
     problem = run.problem
@@ -63,24 +63,26 @@ def difference_to(run: Outcome, other: Outcome) -> float:
 def run_reference(
     problem: Problem, scheme: StepSchemeName, timestep: float, known: Outcome | None = None
 ) -> Outcome:
-    """Run the reference engine with one scheme and step."""
+    """Run the reference engine with a scheme and a step."""
     return stepping.run(problem, Numerics(scheme=scheme, timestep=timestep), known=known)
 
 
 @dataclass(frozen=True)
 class ConvergedRun:
-    """Collision at ever smaller steps."""
+    """Best of several runs of a collision at ever smaller steps."""
 
     outcome: Outcome  #: Outcome of the best run.
-    #: Runs at larger steps, the first at twice the step; the run itself if it has no step.
+    #: Runs at larger steps, the first at twice the step; the run itself if it has no time step.
     proofs: list[Outcome]
-    restitution: float  #: Restitution eta of the run.
-    error: float  #: Error of eta, from the step alone or including rounding.
+    restitution: float  #: Restitution eta of the best run.
+    error: float  #: Error of eta, due to the step alone or including rounding.
     seconds: float  #: Integration time of all compared runs.
     stalled: bool = False  #: Whether smaller steps no longer helped.
-    tries: list[dict[str, float]] = field(default_factory=list)  #: Steps and errors on the way.
-    first: Outcome | None = None  #: Run whose end all other runs took over, or None.
-    #: Change of eta by other rounding, if this is why smaller steps do not help; else 0.
+    #: Steps of all attempts, and their errors.
+    tries: list[dict[str, float]] = field(default_factory=list)
+    first: Outcome | None = None  #: Run whose end is used for all other runs, or None.
+    #: Change of eta due to other rounding errors, if smaller steps do not help because of it; else
+    #: 0.
     nudged: float = 0.0
     kinked: bool = False  #: Whether bonds pass kinks, at which no scheme has an order above 2.
 
@@ -91,7 +93,7 @@ class ConvergedRun:
 
 
 def differ(fine: Outcome, proofs: Sequence[Outcome]) -> bool:
-    """Return whether the numbers of contacts of runs differ."""
+    """Return whether any run has another number of contacts than the fine run."""
     return any(len(run.contact_times) != len(fine.contact_times) for run in proofs)
 
 
@@ -102,11 +104,11 @@ def refined(
     kinked: bool = False,
 ) -> ConvergedRun:
     """
-    Return the best of several attempts, each with a run and its proofs, and its error.
+    Return the best of several attempts; each attempt has a run, its proof runs and its error.
 
-    If smaller steps no longer help, or rounding (`nudged`) decides the collision, the true eta may
-    be anywhere in the range of the last few runs. If another step only changes the rounding, the
-    finest run is no better than the first run, whose end may have been followed.
+    If smaller steps no longer help, or if rounding decides the collision (`nudged`), the true eta
+    may be anywhere in the range of the last few runs. If another step only changes the rounding
+    errors, the run with the smallest step is no better than the first run, whose end may be known.
     """
     ran = [(each.error, each.found or []) for each in that_ran(tries)]
     error, runs = min(ran, key=lambda each: each[0])
@@ -117,7 +119,7 @@ def refined(
         runs = alike[0][1] if forgets else runs
         error = largest_difference(runs[0], (run for _, each in alike for run in each))
     nudged = max(nudged, error) if forgets else 0.0
-    # A run may be compared with runs at two steps, but its time counts once.
+    # A run may be compared with several runs, but its time must count only once.
     seconds = sum({id(run): run.seconds for _, each in ran for run in each}.values())
     found = runs[0], runs[1:], runs[0].eta, error, seconds
     return ConvergedRun(*found, stuck, steps_record(tries), first, nudged, kinked)
@@ -127,16 +129,16 @@ def nudged_change(
     problem: Problem, scheme: StepSchemeName, step: float, plain: Outcome, enough: float = math.inf
 ) -> float:
     """
-    Return the change of eta for impact velocities that differ by a few units of rounding.
+    Return the change of eta when the impact velocity changes by a few units of rounding.
 
-    It is the largest change, or the first that reaches `enough`.
+    The result is the largest change of several, or the first change that reaches `enough`.
     """
     worst, eta = 0.0, plain.eta
     for ulps in _NUDGES_OF_LONG if problem.particles > LONG else _NUDGES:
         change = 1.0 + ulps * sys.float_info.epsilon
         if problem.line.has_equal_masses:
             nudged, near = problem.at_velocity(change * problem.impact_velocity), step
-        else:  # given velocities stay; another step also changes all rounding
+        else:  # keep the given velocities; another step also changes all rounding errors
             nudged, near = problem, change * step
         other = run_reference(nudged, scheme, near, plain)
         worst = max(worst, abs(other.eta - eta))
@@ -147,12 +149,12 @@ def nudged_change(
 
 def find_rounding_sensitivity(problem: Problem) -> float:
     """
-    Return the change of eta when all rounding changes.
+    Return the change of eta when all rounding errors change.
 
-    It is the largest change for impact velocities a few units in the last place away, with a step
-    that depends on the scene alone. It needs bonds that fixed steps can follow.
+    The result is the largest change when the impact velocity changes by a few units in the last
+    place. The step depends only on the scene. Fixed steps must be able to resolve the bonds.
     """
-    # Vibration may throw a slow warm chain back to the target long after the first contacts.
+    # Vibration may send a slow warm chain back to the target long after the first contacts.
     follow = problem.temperature is not None
 
     def attempt(step: float) -> Attempt[float]:
@@ -168,7 +170,7 @@ def find_rounding_sensitivity(problem: Problem) -> float:
 def _error_at(
     problem: Problem, scheme: StepSchemeName, step: float, reference_run: ConvergedRun
 ) -> float:
-    """Return the error of eta at a step; raises RunError if the step is too large to run."""
+    """Return the error of eta at a step; raises RunError if the step is too large."""
     outcome = run_reference(problem, scheme, step, reference_run.outcome)
     return max(abs(outcome.eta - reference_run.restitution), 1e-17)
 
@@ -177,9 +179,9 @@ def estimate_step(
     problem: Problem, scheme: StepSchemeName, target_error: float, reference_run: ConvergedRun
 ) -> float | None:
     """
-    Return an estimate of the step for a target error, from one run and with a reserve.
+    Return an estimate of the step for a target error, from one run, with a reserve.
 
-    Return None if even a much smaller step does not run.
+    Return None if runs fail even at much smaller steps.
     """
     order = effective_order(problem, scheme)
 
@@ -202,7 +204,7 @@ def find_step(
     reference_run: ConvergedRun,
     start: float,
 ) -> float | None:
-    """Return a step that reaches a target error, near the largest; None if none was found."""
+    """Return nearly the largest step that reaches a target error; None if none was found."""
     order = effective_order(problem, scheme)
 
     def attempt(step: float) -> Attempt[None]:

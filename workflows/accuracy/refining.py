@@ -1,4 +1,4 @@
-"""Refinement of steps: run at ever smaller steps until the error is small enough."""
+"""Refine steps: run at ever smaller steps until the error is small enough."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,38 +10,39 @@ from chaincor.workflows.errors import CostError, RunError, TimestepError
 Found = TypeVar("Found")
 
 # If the error has not halved after this many refinements, it does not come from the steps. Each
-# step is 0.8 of the last at most and the order at least 4, so the error should halve every time.
+# step is at most 0.8 times the previous step, and the order is at least 4; the error should
+# therefore halve every time.
 STALLED = 3
-# A failure counts only if this many successive steps, each about half as long as the step before,
-# have failed with one error. Too large a step can also make particles meet or bonds break, but a
-# sixteenth of a guessed step is certainly stable.
+# The search ends with a failure only if runs at this many successive steps, each about half as long
+# as the previous one, have failed with the same error. A step that is too large can also make
+# particles collide or bonds break, but a sixteenth of a guessed step is certainly stable.
 _CONFIRMATIONS = 4
 
 
 @dataclass(frozen=True)
 class Attempt(Generic[Found]):
-    """Result of one step."""
+    """Result of an attempt at one step."""
 
-    step: float  #: Step, or another quantity that is refined.
-    error: float  #: Error with this step; inf if it did not run.
-    found: Found | None = None  #: Runs of the step; None if it did not run.
+    step: float  #: Time step, or another quantity that is refined.
+    error: float  #: Error at this step; inf if no run succeeded.
+    found: Found | None = None  #: Runs at this step; None if no run succeeded.
     done: bool = False  #: Whether the search ends here.
     following: float = 0.0  #: Next step.
-    #: Whether the next step is of another kind, so that earlier errors do not count.
+    #: Whether the search starts again with the next step, and earlier errors no longer count.
     anew: bool = False
-    refusal: RunError | None = None  #: Error that stopped the step.
+    refusal: RunError | None = None  #: Error that stopped the runs at this step.
 
 
 @dataclass(frozen=True)
 class Policy:
-    """Policy of a search."""
+    """Rules for ending a search."""
 
-    most: int  #: Largest number of steps.
-    refused: float = 0.5  #: Factor on a step that did not run.
-    #: Errors that a smaller step may avoid; any other error ends the search.
+    most: int  #: Largest number of attempts.
+    refused: float = 0.5  #: Factor on a step whose run failed.
+    #: Errors that a smaller step may avoid; any other error stops the search.
     retried: tuple[type[RunError], ...] = (RunError,)
-    believed: bool = True  #: Whether repeated errors of one kind end the search.
-    stalls: bool = False  #: Whether the search ends if smaller steps no longer help.
+    believed: bool = True  #: Whether repeated errors of the same kind end the search.
+    stalls: bool = False  #: Whether the search also ends if smaller steps no longer help.
 
 
 def refine(
@@ -50,9 +51,10 @@ def refine(
     """
     Return the attempts at ever smaller steps, in order.
 
-    `attempt` runs at a step and returns its error, whether this is enough, and the next step. If
-    the time is up, the attempts so far are returned. Raises RunError if several steps agree on it
-    or if no smaller step cures it, and CostError if the time is up and no step has run.
+    `attempt` runs at a step and returns the error, whether the search is done, and the next step.
+    At the time limit, the attempts so far are returned. Raises a RunError that several successive
+    steps cause, or that a smaller step cannot avoid. Raises CostError at the time limit if no run
+    has succeeded.
     """
     tries: list[Attempt[Found]] = []
     while len(tries) < policy.most:
@@ -75,12 +77,12 @@ def refine(
 def by_order(
     target_error: float, error: float, order: float, least: float, most: float = 0.8
 ) -> float:
-    """Return the factor on a step that brings its error to the target error, within bounds."""
+    """Return the factor on the step that reduces its error to the target, within limits."""
     return min(max((target_error / max(error, 1e-300)) ** (1.0 / order), least), most)
 
 
 def has_stalled(tries: Sequence[Attempt[Found]]) -> bool:
-    """Return whether the last few steps that ran have not halved the error."""
+    """Return whether the last few successful attempts have not halved the error."""
     best, since, anew = math.nan, 0, False
     for each in tries:
         if each.refusal is not None:
@@ -93,7 +95,7 @@ def has_stalled(tries: Sequence[Attempt[Found]]) -> bool:
 
 
 def that_ran(tries: Sequence[Attempt[Found]]) -> list[Attempt[Found]]:
-    """Return the attempts that ran; raise the last error if no attempt ran."""
+    """Return the successful attempts; raise the last error if there are none."""
     ran = [each for each in tries if each.refusal is None]
     if not ran:
         assert tries[-1].refusal is not None
@@ -107,6 +109,6 @@ def steps_record(tries: Sequence[Attempt[Found]], name: str = "timestep") -> lis
 
 
 def _is_believed(tries: Sequence[Attempt[Found]]) -> bool:
-    """Return whether the last few steps failed with one error that no smaller step cures."""
+    """Return whether the last few steps failed with an error that smaller steps cannot avoid."""
     kinds = [type(each.refusal) for each in tries[-_CONFIRMATIONS:]]
     return len(kinds) == _CONFIRMATIONS and set(kinds) == {kinds[0]} - {TimestepError, type(None)}

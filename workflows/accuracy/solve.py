@@ -24,25 +24,26 @@ from chaincor.workflows.engines.rounding import amplified_rounding, rounding_mat
 from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.errors import ToleranceError
 
-# If a target error is missed, this many looser ones are tried. The rounding of a short step may
-# exceed its forecast by up to one decade. More decades are missed only if nothing converges, and
-# the error bar is then large.
+# If a target error is missed, at most this many looser targets are tried. The rounding error of a
+# short step may exceed its forecast by up to one decade. A run misses more decades only if nothing
+# converges; its error bar is then large.
 _MOST_LOOSER = 2
 
 
 def run_as_planned(planned: Plan) -> BoundedRun:
-    """Run a plan: to its tolerance, or with its explicit numerics."""
+    """Run a plan to its tolerance, or with its explicit numerics."""
     return _run_as_given(planned) if planned.tolerance is None else solve_to_tolerance(planned)
 
 
 def solve_to_tolerance(planned: Plan) -> BoundedRun:
     """
-    Run a plan, whose numerics usually reach its tolerance at the least cost, and prove the result.
+    Run a plan until the result is proved to meet its tolerance.
 
-    Numerics are chosen for target errors that are powers of ten: the largest within the tolerance
-    or, if this is below rounding, the first below rounding. If a target error is missed, the next
-    looser one is tried too, and the smallest error bar counts. Raises ToleranceError if this bar is
-    useless.
+    Numerics are chosen for a target error, which is a power of ten: the largest power up to the
+    tolerance or, if this is below the rounding error, the largest power up to the rounding error.
+    If the target error is missed, the next looser targets are tried, and the run with the smallest
+    error bar is returned. Raises ToleranceError if this error bar is so large that eta is
+    meaningless.
     """
     problem, tolerance = planned.problem, planned.tolerance
     assert tolerance is not None
@@ -55,22 +56,23 @@ def solve_to_tolerance(planned: Plan) -> BoundedRun:
     loosest = target_error * 10.0**_MOST_LOOSER
     best = found = solve_goal(problem, target_error, sensitivity)
     for _ in range(_MOST_LOOSER):
-        # No finer step reduces the error from contacts after an open end. If refinement stalled at
-        # an error above the loosest target and the rounding, a smaller error bar at longer steps
-        # would be a coincidence.
+        # Smaller steps do not reduce the error from contacts after an open end. If the refinement
+        # stalled at an error above both the loosest target and the rounding error, a smaller error
+        # bar at longer steps would be a coincidence.
         assert found.bar.step is not None
         stalled = found.bar.step > max(loosest, found.bar.rounding)
-        # Looser targets are also hopeless if amplified rounding exceeds the loosest of them.
+        # Looser targets are also hopeless if the amplified rounding error exceeds the loosest
+        # target.
         hopeless = (
             loosest
             < found.bar.rounding
             <= amplified_rounding(planned.engine, found.rounding_sensitivity, problem)
         )
-        short = time_limit().was_short  # for looser targets, too
+        short = time_limit().was_short  # then looser targets have no time either
         if found.error - found.bar.ending <= target_error or stalled or hopeless or short:
             break
         target_error *= 10.0
-        # The amplification of rounding belongs to the collision, at any step.
+        # The amplification of rounding errors is a property of the collision, at any step.
         sensitivity = max(sensitivity, found.rounding_sensitivity)
         known = (found.outcome,) if by_reference else ()
         found = solve_goal(problem, target_error, sensitivity, *known)
@@ -90,7 +92,7 @@ def _run_as_given(planned: Plan) -> BoundedRun:
     assert numerics is not None
     details: dict[str, Any] = {}
     pilot = usual_pilot_run(problem, files=planned.files) if planned.solver is LAMMPS else None
-    # The reference engine records every bond.
+    # The pilot run has recorded the range of all bond lengths.
     if pilot is not None:
         numerics = replace(numerics, bond_range=pilot.table_range())
     timesteps = [share * numerics.timestep for share in (1.0, *planned.proofs)]
@@ -105,8 +107,7 @@ def _run_as_given(planned: Plan) -> BoundedRun:
     if others:
         share = PROOF_SHARE[numerics.wall]
         step = share * largest_difference(outcome, others)
-        # Errors of arrays exceed differences of arrays by the same factor as the error of eta
-        # exceeds its difference.
+        # The ratio between error and difference is assumed to be the same for arrays as for eta.
         spreads = [spread_of(outcome, run) for run in others]
         details["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
     bar = error_bar(outcome, step)
@@ -118,19 +119,19 @@ def target_error_of(planned: Plan) -> tuple[float, float]:
     Return the target error of a plan, and the rounding sensitivity of eta.
 
     The sensitivity is 0 unless the numerics depend on it. The reference engine measures it by
-    nudges of cold chains at a wall, with steps that resolve them, because coarse steps may
-    overestimate it.
+    nudges of the impact velocity. The steps must resolve the chain, because coarse steps may
+    overestimate the sensitivity.
     """
     problem, target_error = planned.problem, planned.target_error
     assert target_error is not None
-    # Light particles between heavy ones amplify rounding more than equal ones ever do.
+    # Light particles between heavy particles amplify rounding errors more than equal particles.
     matters = not problem.line.has_equal_masses
     matters |= planned.solver is LAMMPS and rounding_matters("lammps", problem, target_error)
-    # Modes are not chaotic, and steps that are too long for the bonds measure nothing.
+    # The motion of modes is not chaotic, and steps that are too long for the bonds measure nothing.
     stepped = planned.solver in (FIXED_STEPS, LAMMPS) and not EXACT_MODES.supports(problem)
     stepped &= (
         not problem.bond.only_pushes
-    )  # which fixed steps of the reference engine do not follow
+    )  # fixed steps of the reference engine cannot follow beads
     if not (matters and stepped and planned.solver.resolves(problem)):
         return target_error, 0.0
     return target_error, find_rounding_sensitivity(problem)

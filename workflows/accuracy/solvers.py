@@ -1,4 +1,4 @@
-"""Solvers of a collision in order of preference, each with its reason to refuse a scene."""
+"""Define the solvers of a collision, their order of preference and their limits."""
 
 import math
 from abc import ABC, abstractmethod
@@ -22,46 +22,49 @@ from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, s
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
 
-# Processor seconds of a collision beside its runs, with LAMMPS and with the reference engine,
-# measured for 130 collisions of 10 to 500 particles at 0.01 to 4 v* and tolerances of 1e-4 to 1e-9.
+# Processor seconds that a collision takes in addition to its runs, with LAMMPS and with the
+# reference engine, measured for 130 collisions of 10 to 500 particles at 0.01 to 4 v* and
+# tolerances of 1e-4 to 1e-9.
 _LAMMPS_SECONDS = 0.025
 _REFERENCE_SECONDS = 0.002
-# Seconds of one stage of the reference engine, and of one bond in this stage.
+# Seconds for one stage in the reference engine, and for each bond in this stage.
 _REFERENCE_STAGE = 1e-7
 _REFERENCE_BOND = 1e-9
-# Seconds of modes for each pair of a mode and a window of time, measured for 1000 to 4000
-# particles. There are as many modes, and as many windows, as particles.
+# Seconds for each mode in each window of time, measured for 1000 to 4000 particles. The numbers of
+# modes and of windows equal the number of particles.
 _MODAL_PAIR = 7e-8
-# Seconds of adaptive steps for each pair of particles and decimal digit of the frequency ratio.
+# Seconds of adaptive steps, divided by the square of the number of particles and by the decimal
+# logarithm of the frequency ratio.
 _ADAPTIVE_PAIR = 5e-5
-# Seconds of adaptive steps for each pair of beads.
+# Seconds of adaptive steps, divided by the square of the number of beads.
 _BEAD_PAIR = 3e-5
-# Adaptive steps are taken up to this (n ln(ratio))^3, which is about a minute. A run takes up to
-# 8e-10 s times this number (log bonds; other bonds take less in long chains).
+# Adaptive steps are taken if (n ln(ratio))^3 is at most this value, which corresponds to about a
+# minute. A run with log bonds takes up to 8e-10 s times (n ln(ratio))^3; other bonds take less time
+# in long chains.
 _MOST_STEPPED = 7.5e10
 
 
 class Solver(ABC):
     """Method that computes a collision."""
 
-    name: ClassVar[str]  #: Name in plans.
-    engine: ClassVar[str]  #: Engine of the scenes that it solves.
-    #: Scheme of its outcomes; None if the numerics name one.
+    name: ClassVar[str]  #: Name shown in plans.
+    engine: ClassVar[str]  #: Engine for whose scenes the solver is used.
+    #: Scheme of the outcomes; None if the numerics name the scheme.
     scheme: ClassVar[str | None] = None
-    #: Largest frequency ratio that its steps can follow: the most compressed bond, or a soft
-    #: contact, against a bond at rest.
+    #: Largest frequency ratio that the steps can resolve. The ratio compares the most compressed
+    #: bond, or a soft contact, with a bond of natural length.
     sharpest: ClassVar[float] = math.inf
 
     @abstractmethod
     def refusal(self, problem: Problem) -> str | None:
-        """Return the reason, in one line, why a scene is not supported; None if it is."""
+        """Return the reason, in one line, why a scene is not supported; None if it is supported."""
 
     def supports(self, problem: Problem) -> bool:
         """Return whether a scene is supported."""
         return self.refusal(problem) is None
 
     def resolves(self, problem: Problem) -> bool:
-        """Return whether its steps can follow the fastest bond or contact."""
+        """Return whether the steps can resolve the fastest bond or contact."""
         return frequency_ratio(problem) <= self.sharpest
 
     @abstractmethod
@@ -77,7 +80,7 @@ class Solver(ABC):
         frame_interval: float | None = None,
     ) -> Outcome:
         """
-        Run a collision, with snapshots at multiples of `frame_interval` if it is given.
+        Run a collision, and record snapshots at multiples of `frame_interval` if it is given.
 
         Fixed steps and LAMMPS use `numerics`, adaptive steps use `accuracy`.
         """
@@ -117,7 +120,7 @@ class FixedSteps(Solver):
     """Reference engine with steps of one length."""
 
     name, engine = "fixed steps", "reference"
-    sharpest = 60.0  # beyond this ratio, adaptive steps of a plain chain take less processor time
+    sharpest = 60.0  # beyond this ratio, adaptive steps take less processor time
 
     def refusal(self, problem: Problem) -> str | None:
         """Return the reason why adaptive steps are cheaper."""
@@ -150,12 +153,12 @@ class FixedSteps(Solver):
 
 
 class AdaptiveSteps(Solver):
-    """Reference engine with steps as short as the stiffest bond needs."""
+    """Reference engine with adaptive steps."""
 
     name, engine, scheme = "adaptive steps", "reference", adaptive.SCHEME
 
     def refusal(self, problem: Problem) -> str | None:
-        """Return the reason why adaptive steps are not taken."""
+        """Return the reason why adaptive steps are impossible or too slow."""
         if problem.bond.only_pushes:
             return None
         if not problem.line.is_standard:
@@ -185,12 +188,12 @@ class AdaptiveSteps(Solver):
 
 
 class HardSpheres(Solver):
-    """Limit of high speed."""
+    """Limit of high speed, in which bonds act like hard spheres."""
 
     name, engine, scheme = "hard spheres", "reference", hard_sphere.SCHEME
 
     def refusal(self, problem: Problem) -> str | None:
-        """Return the reason why the limit is not reached."""
+        """Return the reason why bonds do not act like hard spheres."""
         if problem.bond.only_pushes:
             return "beads with a power law do not become hard spheres at any speed"
         if FIXED_STEPS.supports(problem):
@@ -198,7 +201,7 @@ class HardSpheres(Solver):
         return None
 
     def forecast(self, problem: Problem, numerics: Numerics | None = None) -> float:
-        """Return the expected seconds, which a run of three particles takes."""
+        """Return the expected seconds, mostly for a run of three particles."""
         return _REFERENCE_SECONDS
 
     def run(
@@ -208,7 +211,7 @@ class HardSpheres(Solver):
         accuracy: float = 0.0,
         frame_interval: float | None = None,
     ) -> Outcome:
-        """Return the limit; raises RunError if snapshots are asked for."""
+        """Return the limit; raises RunError if snapshots are requested."""
         if frame_interval is not None:
             raise RunError(
                 "the result is the limit of hard spheres, in which bonds have no motion to "
@@ -224,7 +227,7 @@ class Lammps(Solver):
     sharpest = 300.0  # beyond this ratio, millions of steps would be needed
 
     def refusal(self, problem: Problem) -> str | None:
-        """Return the contact or the bonds as the reason why LAMMPS's fixed steps fail."""
+        """Return the reason why LAMMPS cannot run a scene."""
         if problem.line.contact.damped:
             return f"LAMMPS has no contact {problem.line.contact.name!r}. Use engine 'reference'"
         if problem.bond.only_pushes:
@@ -250,7 +253,7 @@ class Lammps(Solver):
         )
 
     def forecast(self, problem: Problem, numerics: Numerics | None) -> float:
-        """Return the expected seconds, from the measured cost model."""
+        """Return the expected seconds, according to the measured cost model."""
         assert numerics is not None
         return cost_model().integration(problem, numerics, duration_of(problem))
 
@@ -268,7 +271,7 @@ class Lammps(Solver):
 
 EXACT_MODES, FIXED_STEPS, LAMMPS = ExactModes(), FixedSteps(), Lammps()
 ADAPTIVE_STEPS, HARD_SPHERES = AdaptiveSteps(), HardSpheres()
-# In order of preference.
+# The solvers in order of preference.
 SOLVERS: tuple[Solver, ...] = (
     EXACT_MODES,
     FIXED_STEPS,
@@ -277,15 +280,15 @@ SOLVERS: tuple[Solver, ...] = (
     LAMMPS,
 )
 REFERENCE_SOLVERS = tuple(solver for solver in SOLVERS if solver.engine == "reference")
-# Overhead in seconds of any collision besides its runs.
+# Overhead of any collision in addition to its runs, in seconds.
 OVERHEAD = {"lammps": _LAMMPS_SECONDS, "reference": _REFERENCE_SECONDS}
 
 
 def solver_of(problem: Problem, among: Iterable[Solver]) -> Solver:
     """
-    Return the first of some solvers that supports a problem.
+    Return the first solver that supports a problem.
 
-    Raises RunError with the reason of the last solver if none supports the problem.
+    If no solver supports the problem, raises RunError with the reason of the last solver.
     """
     reason = ""
     for solver in among:
@@ -297,7 +300,7 @@ def solver_of(problem: Problem, among: Iterable[Solver]) -> Solver:
 
 
 def solver_behind(engine: str, scheme: str) -> Solver:
-    """Return the solver of an outcome with an engine and a scheme."""
+    """Return the solver that produced an outcome, from its engine and scheme."""
     own = [solver for solver in SOLVERS if solver.engine == engine]
     by_scheme = {solver.scheme: solver for solver in own}
     return by_scheme.get(scheme) or by_scheme[None]
@@ -307,8 +310,8 @@ def duration_of(problem: Problem) -> float:
     """
     Return the expected time from the start to the last contact.
 
-    It is a sound round trip at the low speeds at which this takes longest, plus the time to the
-    first contact and the duration of a soft contact.
+    It is the sum of three times: a sound round trip, which takes longest at low speeds; the time to
+    the first contact; the duration of a soft contact.
     """
     duration = 2.2 * problem.longest_body / math.sqrt(problem.slow_stiffness)
     duration += float(problem.line.strains[problem.line.gap]) / problem.impact_velocity

@@ -1,4 +1,4 @@
-"""Guess, without a run, the step with which the reference engine reaches a target error."""
+"""Guess the step with which the reference engine reaches a target error, without a run."""
 
 import math
 from collections.abc import Iterable
@@ -14,15 +14,16 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
-# Steps may use half of the target error, because the error bar needs room for its other parts. The
-# share affects only the cost, because the sum is proved.
+# The error due to the step may be this share of the target error, because the error bar has other
+# parts. The share affects only the cost, because the total error is proved.
 STEP_SHARE = 0.5
-# A stage of weight w is stable while 2 |w| H < 2 for the fastest mode. The share stays a tenth
-# below this limit.
+# A stage of weight w is stable if 2 |w| H < 2 for the fastest mode. This factor keeps steps a tenth
+# below the limit.
 _STABILITY_SHARE = 0.9
-# A bond that is compressed to a curvature k needs steps shorter by sqrt(k). This table has the
-# steps of DEFAULT_TIMESTEPS and steps of schemes without a default, each with the error of eta that
-# it gives for chains of about 100 particles. Only the first guess depends on them.
+# These are usual steps for each scheme: DEFAULT_TIMESTEPS, and steps for schemes without a default.
+# `_USUAL_ERROR` is the error of eta at these steps, for chains of about 100 particles. A bond that
+# is compressed to a curvature k needs steps that are shorter by sqrt(k). Only the first guess
+# depends on these values.
 USUAL_STEPS: dict[str, float] = {
     **DEFAULT_TIMESTEPS,
     "srkn14": 1.0,
@@ -30,35 +31,37 @@ USUAL_STEPS: dict[str, float] = {
     "extrapolated14": 0.8,
 }
 _USUAL_ERROR: dict[str, float] = measured("usual_error")
-# The first number replaces the order of schemes whose order holds only for shorter steps. The
-# second number is the error below which nine scenes in ten stay, divided by the median error, for
-# schemes in which it is not about two.
+# `_USUAL_ORDERS` replaces the order of schemes that reach their order only at shorter steps. In
+# nine scenes of ten, the error is below `_USUAL_SCATTER` times the median error; the scatter is
+# listed only for schemes in which it is not about two.
 _USUAL_ORDERS = {"srkn14": 9}
 _USUAL_SCATTER = {"srkn14": 20.0}
-# Error of eta with LAMMPS's granular styles, divided by the square of the step in units of
-# 1/frequency. It is 0.03 for columns of 10 beads and 0.06 for columns of 100.
+# Error of eta with LAMMPS's granular styles, divided by the square of the step; the unit of the
+# step is 1/frequency. The measured ratio is 0.03 for columns of 10 beads and 0.06 for columns of
+# 100 beads.
 _GRANULAR_ERROR = 0.06
-# With damping the error of eta is divided by the step instead: 0.001 to 0.1. Refinement finds
-# shorter steps.
+# With damping, the error of eta is divided by the step itself; the measured ratio is 0.001 to 0.1.
+# If the guessed step is too long, the refinement finds a shorter one.
 _DAMPED_ERROR = 0.01
-# Largest steps of schemes that are no compositions: up to their limit of stability, and in LAMMPS
-# while their longest Verlet step does not need a much longer bond table.
+# These are the largest steps of schemes that are not compositions. They are limited by stability
+# and, in LAMMPS, by the longest Verlet step, which must not need a much longer bond table.
 _LARGEST = {"srkn14": 1.4, "extrapolated12": 0.7, "extrapolated14": 1.2}
 
 
 def frequency_ratio(problem: Problem) -> float:
     """
-    Return the frequency of the most compressed bond, or a soft contact, over its value at rest.
+    Return the ratio of the highest frequency to the frequency of an uncompressed bond.
 
-    It is sqrt(U''(shortest)/U''(1)), 1 or more, with a guess of the shortest bond.
+    For bonds, the ratio is sqrt(U''(shortest)/U''(1)), at least 1, with a guess of the shortest
+    bond length. A soft contact may have a higher frequency.
     """
     line, bond = problem.line, problem.bond
     if bond.only_pushes:
-        return 1.0  # the stiffness at the scale of the scene, not at rest
+        return 1.0  # the stiffness of beads already belongs to the speed of the scene
     sharpest = 1.0
     if line.heaviest_pair > 0.0:
         energy = pair_energy(line)
-        # An object of a user may not be hashable.
+        # A bond object of a user may not be hashable.
         if problem.named:
             if (bond, energy) not in _compressed:
                 _keep_compressed(bond, [energy])
@@ -76,7 +79,7 @@ def frequency_ratio(problem: Problem) -> float:
 
 
 def foresee_frequency_ratio(problems: Iterable[Problem]) -> None:
-    """Compute the frequency ratios of many problems at once, in a tenth of the time."""
+    """Compute and cache the frequency ratios of many problems together, in a tenth of the time."""
     energies: dict[Potential, set[float]] = {}
     for problem in problems:
         if problem.named and problem.line.heaviest_pair > 0.0:
@@ -87,12 +90,13 @@ def foresee_frequency_ratio(problems: Iterable[Problem]) -> None:
 
 
 def pair_energy(line: Line) -> float:
-    """Return the energy of the bond between two particles that collide at 2 v0."""
+    """Return the energy of a bond whose two particles collide at the relative velocity 2 v0."""
     return 2.0 * line.heaviest_pair * (line.largest_speed * line.largest_speed)
 
 
-# The cache holds the strain of bonds that hold an energy, and U'' there, because a sweep needs the
-# same speeds for many lengths.
+# For a bond and an energy, the cache contains the strain at which the compressed bond has this
+# energy, and U'' at this strain. It serves sweeps, in which many chains of different lengths have
+# the same speeds.
 _compressed: dict[tuple[Potential, float], tuple[float, float]] = {}
 _MOST_KEPT = 100_000
 
@@ -117,7 +121,7 @@ def contact_is_stiffest(problem: Problem) -> bool:
 
 
 def is_smooth(problem: Problem) -> bool:
-    """Return whether schemes keep their order: neither bonds nor a soft contact have kinks."""
+    """Return whether schemes keep their order, because neither bonds nor contact have kinks."""
     return problem.bond.smooth and problem.line.contact.smooth
 
 
@@ -125,20 +129,21 @@ def effective_order(problem: Problem, scheme: StepSchemeName) -> float:
     """
     Return the least power of the step with which errors fall.
 
-    A soft contact of a power q that is not an integer causes an error of order q + 1 where the
-    bodies touch and part. Graded steps make this error small, but do not change its order.
+    If the force of a soft contact is a power q that is not an integer, the steps at which the
+    bodies touch and part cause an error of order q + 1. Graded steps make this error small, but do
+    not change its order.
     """
     order, onset = float(STEP_SCHEMES[scheme].order), problem.line.contact.onset
     if getattr(problem.bond, "damping", 0.0) > 0.0:
-        return 1.0  # LAMMPS computes damping forces with the velocities of half a step before
+        return 1.0  # LAMMPS computes damping forces with velocities from half a step earlier
     return order if onset is None else min(order, onset + 1.0)
 
 
 def largest_step(scheme: StepSchemeName, stiffness: float) -> float:
     """
-    Return the largest step that is stable with the chain's fastest mode.
+    Return the largest step that is stable for the fastest mode of the chain.
 
-    `stiffness` is U''(1) over the smallest mass.
+    `stiffness` is U''(1) divided by the smallest mass.
     """
     if scheme not in COMPOSITIONS:
         return _LARGEST[scheme] / stiffness**0.5
@@ -151,12 +156,12 @@ def _heaviest(scheme: StepSchemeName) -> float:
 
 
 def guess_step(problem: Problem, scheme: StepSchemeName, target_error: float) -> float:
-    """Return a guess of the step that reaches a target error."""
+    """Return a guess of the time step that reaches a target error."""
     return usual_step(scheme, target_error, problem.fast_stiffness) / frequency_ratio(problem)
 
 
 def granular_step(problem: Problem, target_error: float) -> float:
-    """Return a guess of the Verlet step with which LAMMPS's granular styles reach an error."""
+    """Return a guess of the Verlet step for a target error with LAMMPS's granular styles."""
     scale = _GRANULAR_ERROR * problem.fast_stiffness
     usual = (STEP_SHARE * target_error / scale) ** 0.5
     if effective_order(problem, "verlet") < 2.0:
@@ -165,7 +170,7 @@ def granular_step(problem: Problem, target_error: float) -> float:
 
 
 def usual_step(scheme: StepSchemeName, target_error: float, stiffness: float) -> float:
-    """Return the usual step for a target error with bonds that are hardly compressed."""
+    """Return the usual step for a target error if bonds are hardly compressed."""
     order = _USUAL_ORDERS.get(scheme, STEP_SCHEMES[scheme].order)
     error = _USUAL_SCATTER.get(scheme, 1.0) * _USUAL_ERROR[scheme]
     usual = USUAL_STEPS[scheme] * (target_error / error) ** (1.0 / order)

@@ -1,4 +1,4 @@
-"""Estimate the error of eta from the limited rows and digits of a user's bond table."""
+"""Estimate the error of eta that the limited rows and digits of a user's bond table cause."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -17,19 +17,21 @@ from chaincor.workflows.engines.reference import stepping
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-# Below this share of the tolerance, the error of the rows is only estimated.
+# If the estimated error from the rows is below this share of the tolerance, it is not computed more
+# accurately.
 _NEGLIGIBLE = 0.1
-# Altered tables are run at this step if the run has no fixed step. Otherwise they use twice the
-# step of the run, at which its error bar was proved.
+# Collisions with altered tables are run at twice the step of the original run, at which the error
+# bar was proved, or at this step if the original run has no fixed step.
 _STEP = 0.05
-# Factor on the change of eta from the values between rows. Slow chains depend on the stiffness at
-# one length. With rows twice as far apart, the error of a spline's stiffness is eight times larger,
-# not sixteen times like the error of its force. It varies as t(1 - t)(1 - 2t) with the place t
-# between two rows, up to twice more than both altered tables show, which leave out even and odd
-# rows. Half as much more is added for faster chains.
+# Factor on the change of eta that comes from the interpolation between rows. The altered tables
+# leave out the even or the odd rows. The motion of a slow chain depends on the stiffness at one
+# bond length. If rows are twice as far apart, the error of a spline's stiffness is eight times
+# larger, whereas the error of its force is sixteen times larger. The error of the stiffness varies
+# as t(1 - t)(1 - 2t), where t is the position between two rows; it may be twice as large as both
+# altered tables show. The factor includes half as much again for faster chains.
 _BETWEEN = 3.0
-# The standard deviation of six random changes is multiplied by this factor, because six samples
-# leave it uncertain by a third.
+# The root mean square of six random changes is multiplied by this factor, because with six samples
+# it is uncertain by a third.
 _SHAKEN = 4.0
 
 
@@ -37,9 +39,9 @@ def with_rows(scene: Scene, bounded_run: BoundedRun, tolerance: float | None) ->
     """
     Return a run whose error bar includes the error of a user's table.
 
-    The run is for the spline through the rows; for other bonds it is returned unchanged. Raises
-    TableError if the table cannot be distinguished from a table with which the collision cannot be
-    run.
+    The bond of the run is the spline through the rows; a run with another kind of bond is returned
+    unchanged. Raises TableError if the collision fails with another table that fits the same rows
+    and digits.
     """
     error = rows_error(scene, bounded_run.outcome, tolerance or 0.0)
     if error == 0.0:
@@ -50,10 +52,10 @@ def with_rows(scene: Scene, bounded_run: BoundedRun, tolerance: float | None) ->
 
 def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
     """
-    Return the error of eta from the limited rows and digits of a user's table.
+    Return the error of eta that the limited rows and digits of a user's table cause.
 
-    `outcome` is for the spline through the rows. The error is zero for other bonds. Raises
-    TableError as :func:`with_rows` does.
+    The bond of `outcome` is the spline through the rows; for other kinds of bonds the error is
+    zero. Raises TableError as :func:`with_rows` does.
     """
     bond = scene.bond
     if not isinstance(bond, TableBond):
@@ -90,7 +92,7 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
 
 
 def _given_speed(scene: Scene) -> dict[str, float | None]:
-    """Return the keys that keep the speed for another bond, whose v* may be different."""
+    """Return scene keys that keep the velocity if the bond, and with it v*, changes."""
     state = scene.initial_state
     if state is not None and state.velocities is not None:
         return {}
@@ -98,11 +100,12 @@ def _given_speed(scene: Scene) -> dict[str, float | None]:
 
 
 def _bond_of(force: "CubicSpline") -> SplineBond:
-    """Return a bond with a force, shifted so that it vanishes at length 1."""
+    """Return a bond with the given force, shifted so that the force vanishes at length 1."""
     from scipy.interpolate import CubicSpline
 
     zeros = force.roots(extrapolate=False)
     zero = float(zeros[np.argmin(np.abs(zeros))])
-    # Altered bonds go little beyond the rows, where the outer cubics are continued.
+    # Altered bonds extend only a little beyond the rows, where the outer cubic polynomials
+    # continue.
     reach = 0.05 * float(force.x[-1] - force.x[0])
     return SplineBond(CubicSpline(force.x - zero, force(force.x)), "altered table", reach)

@@ -1,4 +1,4 @@
-"""Solve warm chains before a hard wall to a tolerance, for many seeds and speeds at once."""
+"""Solve warm chains at a hard wall to a tolerance, for many seeds and speeds together."""
 
 import math
 from functools import cached_property
@@ -29,27 +29,32 @@ from chaincor.workflows.engines.rounding import arithmetic_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import CostError, RunError
 
-# Smaller target errors need single runs, whose amplification of rounding is examined.
+# For smaller target errors, single runs are needed, because their amplification of rounding errors
+# is measured.
 SHARPEST_GOAL = 1e-8
-# Energy of the most compressed bond of a warm chain, in units of T. It decides only the first step.
+# Energy of the most compressed bond in a warm chain, in units of T. Only the first step depends on
+# it.
 _HOTTEST_BOND = 5.0
-# Steps belong to a geometric sequence of this ratio, so that they change at few speeds.
+# Steps are elements of a geometric sequence with this ratio; therefore they change at only a few
+# speeds.
 _STEP_LADDER = 0.8
-# The first steps are guessed for a geometric sequence of energies with this logarithmic ratio.
+# The first steps are guessed and cached for a geometric sequence of energies with this logarithmic
+# ratio.
 _ENERGY_LADDER = math.log(1.1)
-# Largest step, in units of 1/frequency. Orders begin to hold at twice this step. The limit affects
-# only the cost.
+# Largest step, in units of 1/frequency. Schemes begin to reach their order at twice this step. The
+# limit affects only the cost.
 _LARGEST_STEP = 0.33
 # Collisions that need more refinements than this seldom converge.
 _MOST_REFINEMENTS = 7
-# A smaller error of a step is useless, because it is below the rounding.
+# A smaller error due to the step is useless, because it is below the rounding error.
 _SMALLEST_ERROR = 1e-16
-# Rounding may use this share of a target error.
+# The rounding error may be this share of a target error.
 _ROUNDING_SHARE = 0.1
 
-# Result of a collision. The first field says whether the tolerance is met, and the other fields
-# count only then: eta and the parts of its error bar; the step; the number of contacts and the time
-# of the last one after the first; whether the end is proved or else argued.
+# Result of a collision. The field `met` states whether the tolerance is met; only then do the other
+# fields have a meaning. They are eta and the parts of its error bar, the step, the number of
+# contacts, the time between the first and the last contact, and whether the end is proved
+# (otherwise it is argued).
 MET = np.dtype(
     [
         ("met", bool),
@@ -74,11 +79,12 @@ def is_warm(planned: Plan) -> bool:
 
 class WarmSolver:
     """
-    Solver of a problem, accepted by :func:`is_warm`, for many initial states or for its own.
+    Solver for warm chains, for many initial states or for the initial state of one scene.
 
-    Bonds, masses and tolerance are common to all collisions. Each is run at H, 2 H and 1.3 H, which
-    prove its error (``step_proof``). This error includes amplified rounding, because rounding
-    differs in every run.
+    :func:`is_warm` must accept the plan of `problem`. All collisions have the same bonds, masses
+    and tolerance. Each collision is run at H, 2 H and 1.3 H; these three runs prove the error
+    (``step_proof``). The error includes amplified rounding errors, because rounding differs in
+    every run.
     """
 
     def __init__(self, problem: Problem, tolerance: float) -> None:
@@ -90,20 +96,20 @@ class WarmSolver:
 
     @cached_property
     def batch(self) -> Batch:
-        """Batch of many collisions, whose loops are loaded at its first use."""
+        """Batch of many collisions; its loops are loaded at the first use."""
         return Batch(self._line, self._problem.bond, self.scheme)
 
     def share(self, velocity: float) -> int:
-        """Return the number of collisions to solve at once, so that progress is visible."""
+        """Return a number of collisions to solve together, small enough to show progress."""
         return self.batch.share(self._step(max(self._rungs_of(velocity)[0], 0)))
 
     def solve(self, starts: StartStates, velocities: Array) -> Any:
         """
         Solve many collisions.
 
-        `velocities` are the impact velocities, of shape (samples,). Return a record array of `MET`.
-        The result of a collision does not depend on the others. Raises RunError if the batch was
-        stopped.
+        `velocities` contains the impact velocities, of shape (samples,). Return a record array of
+        type `MET`. The result of a collision does not depend on the other collisions. Raises
+        RunError if the batch was stopped.
         """
         rungs, last_rungs = np.array([self._rungs_of(v) for v in velocities.tolist()]).T
         found = np.zeros(len(starts), MET).view(np.recarray)
@@ -124,13 +130,13 @@ class WarmSolver:
             found.last_contact_time[done] = runs.last_contact_times[met]
             tries[now] += 1
             left[now] = ~met & (tries[now] < _MOST_REFINEMENTS) & (rungs[now] < last_rungs[now])
-            # A finer step alone does not settle late contacts and late ends of broken chains.
+            # A smaller step cannot decide about late contacts or late ends of broken chains.
             left[now[runs.settled & self._may_come_late(runs) | runs.endless]] = False
             rungs[now] = np.minimum(self._finer(rungs[now], errors, tries[now]), last_rungs[now])
         return found
 
     def solve_alone(self) -> BoundedRun | None:
-        """Return the solution of the scene; None if it needs a closer examination."""
+        """Return the solution of the scene; None if the scene needs a closer examination."""
         velocity = self._problem.impact_velocity
         rung, last_rung = self._rungs_of(velocity)
         floor = float(self._rounding(StartStates.of([self._line]), np.array([velocity]))[0])
@@ -151,7 +157,7 @@ class WarmSolver:
         return _LARGEST_STEP / self._problem.fast_stiffness**0.5 * _STEP_LADDER**rung
 
     def _rungs_of(self, velocity: float) -> tuple[int, int]:
-        """Return the first and the last rung to try; -1 if bonds are too sharp for fixed steps."""
+        """Return the first and the last index of steps to try; -1 if fixed steps are too long."""
         energy = velocity**2 + _HOTTEST_BOND * (self._problem.temperature or 0.0)
         place = math.ceil(math.log(energy) / _ENERGY_LADDER)
         if place not in self._rungs:
@@ -174,12 +180,13 @@ class WarmSolver:
         return max(math.ceil(smaller), 0)
 
     def _finer(self, rung: Any, error: Any, tries: Any) -> Any:
-        """Return the rung to try next after a number of tries."""
+        """Return the index of the next step to try."""
         with np.errstate(divide="ignore"):
             wanted = np.divide(STEP_SHARE * self._target_error, error)
         wanted = wanted ** (1.0 / STEP_SCHEMES[self.scheme].order)
         shrink = np.log(np.where(np.isfinite(error), wanted, 0.5)) / math.log(_STEP_LADDER)
-        # A collision that amplifies errors of steps converges late and needs larger changes.
+        # A collision that amplifies the errors of steps converges late; its step is therefore
+        # reduced more strongly after every attempt.
         return rung + np.clip(np.ceil(shrink), tries, 5 + tries).astype(np.int64)
 
     def _rounding(self, starts: StartStates, velocities: Array) -> Array:
@@ -191,7 +198,7 @@ class WarmSolver:
     def _compare(
         self, starts: StartStates, steps: Array, velocities: Array, floor: Array
     ) -> tuple[ManyRuns, Array, Array]:
-        """Run at three steps; return the finest runs, their eta and their errors."""
+        """Run at three steps; return the finest runs, with their eta and errors."""
         fine = self.batch.follow(starts, steps)
         eta, errors = np.full((2, len(steps)), np.inf)
         sound = np.flatnonzero(fine.settled & ~self._may_come_late(fine))
@@ -209,17 +216,17 @@ class WarmSolver:
 
     def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:
         """Return whether a late contact is possible after an unproved end."""
-        # Two contacts were farther apart than the sound round trip of an argued end.
+        # The time between two contacts exceeded the sound round trip after which an end is argued.
         return np.asarray((runs.longest_silences > self._quiet) & ~runs.proved)
 
     def _compare_alone(
         self, step: float, floor: float
     ) -> tuple[tuple[Outcome, Outcome] | None, float, bool]:
         """
-        Compare runs of the stepping engine, whose steps cost half of a batch's for a single chain.
+        Compare three runs of the stepping engine.
 
-        Return the run and the run at twice its step, the error, and whether finer steps do not
-        help.
+        For a single chain, its steps cost half as much as steps in a batch. Return the run and the
+        run at twice its step, the error, and whether smaller steps cannot help.
         """
         problem, scheme = self._problem, self.scheme
         try:
