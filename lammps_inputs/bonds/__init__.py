@@ -1,1 +1,1 @@
-"""Bonds: the interface of a potential, named bonds, and bonds of users."""
+"""Bonds: the interface of all potentials, named bonds, and bonds of users."""

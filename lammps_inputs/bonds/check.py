@@ -1,4 +1,4 @@
-"""Check bonds without known formulas for kinks, jumps and a wrong energy."""
+"""Check bonds without a known formula for kinks, jumps and a wrong energy."""
 
 import sys
 from collections.abc import Sequence
@@ -12,29 +12,30 @@ from chaincor.lammps_inputs.errors import PotentialError
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Checked strains reach from almost zero length to a thousand natural lengths. Their spacing near
-# rest is fine enough for chains as slow as 1e-4.
+# Range of the checked strains: from almost zero length to a thousand natural lengths. Near the
+# natural length, their spacing is fine enough for impact speeds down to 1e-4.
 _SMALLEST, _SHORTEST, _LONGEST = 1e-4, -0.95, 1e3
 _COMPRESSED, _STRETCHED = 200, 300
-# Brackets are halved until their width is this fraction of the strain, or this strain near rest.
+# Brackets are halved until their width is this fraction of the strain, or this absolute strain near
+# the natural length.
 _NARROW, _NARROWEST = 1e-8, 1e-9
-# A kink changes the slope within the narrowest bracket by more than this fraction of the larger
-# slope. Rounding (eps F/1e-9) changes it by only about 1e-7. In a bracket four times as wide, a
-# kink changes the slope by less than the second factor more; a smooth curve changes it four times
-# as much.
+# At a kink, the slope changes within the narrowest bracket by more than the first number, as a
+# fraction of the larger slope. Rounding (eps F/1e-9) changes the slope by only about 1e-7. In a
+# bracket four times as wide, the change at a kink is larger by less than the second factor, but
+# four times as large for a smooth curve.
 _KINK, _SAME = 1e-4, 2.0
-# Rounding changes four differences of the force by at most this many epsilon of its terms.
+# Rounding changes a sum of four forces by at most this many epsilon of the terms in the force.
 _ROUNDINGS = 64.0
-# The force jumps if it changes by more than this factor times the change due to its slopes.
+# The force jumps if it changes by more than this factor times the change that its slopes explain.
 _JUMP = 4.0
-# Energy and work may differ by this fraction, because a user's constants may have seven digits. The
-# difference is no error of eta, which depends on the force alone.
+# Largest relative difference between energy and work, because a user's constants may have only
+# seven digits. The difference does not change eta, which depends only on the force.
 _WORK = 1e-6
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 def scan_strains(bond: "Potential") -> Array:
-    """Return increasing strains for the checks of a bond, geometric on both sides of rest."""
+    """Return increasing strains for checks of a bond, geometrically spaced on each side of 0."""
     low, high = max(bond.strain_min, _SHORTEST), min(bond.strain_max, _LONGEST)
     nearest = min(_SMALLEST, 1e-2 * -low, 1e-2 * high)
     return np.concatenate(
@@ -46,9 +47,9 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
     """
     Return the strains at which the stiffness of a bond jumps, in increasing order.
 
-    Brackets that overlap by half are halved about their largest second difference, down to 1e-8 of
-    the strain. A change of slope that remains is a kink. Kinks are found if they are farther apart
-    than 1e-2 of the strain; of closer kinks, only the sharpest may be found.
+    Overlapping brackets are halved about their largest second difference, down to 1e-8 of the
+    strain. If the slope still changes within a bracket, there is a kink. Two kinks are both found
+    if their distance is more than 1e-2 of the strain. Otherwise only the sharper one may be found.
 
     Raises PotentialError if the force itself jumps.
     """
@@ -77,7 +78,7 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
         *_, further_left, further_right = _beside(bond, middles, 4.0 * near)
         further = further_right - further_left
         _refuse_jumps(bond, middles, near, (below, above), np.maximum(larger, scale))
-        # this is the size of the terms that cancel in a small force
+        # size of the terms that cancel in a small force
         size = np.abs(below) + scale * np.abs(middles)
         kinked = np.abs(change) > _KINK * np.maximum(larger, _SMALLEST * scale)
         kinked &= np.abs(change) > _ROUNDINGS * sys.float_info.epsilon * size / near
@@ -96,7 +97,7 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
 
 
 def _slope_at_rest(bond: "Potential", edges: Array) -> float:
-    """Return the larger slope of the force on the two sides of rest."""
+    """Return the larger slope of the force on the two sides of the natural length."""
     near = edges[[_COMPRESSED - 1, _COMPRESSED]]
     return float(np.max(np.abs(bond.force(near) / near)))
 
@@ -106,7 +107,7 @@ def _forces(bond: "Potential", strains: Array) -> Array:
 
 
 def _beside(bond: "Potential", middles: Array, near: Array) -> tuple[Array, ...]:
-    """Return the forces and their slopes to the left and to the right of some strains."""
+    """Return the forces and their slopes slightly below and slightly above some strains."""
     places = middles[:, None] + near[:, None] * np.array([-3.0, -1.0, 1.0, 3.0])
     far_left, left, right, far_right = _forces(bond, places).T
     return left, right, (left - far_left) / (2.0 * near), (far_right - right) / (2.0 * near)
@@ -133,12 +134,12 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
     """
     Refuse a bond whose force is not the derivative of its energy.
 
-    Gauss's rule with 8 points integrates the force between neighbouring strains of
-    :func:`scan_strains`. This work must equal the loss of energy. Halved intervals give the error
-    of the rule, and the size of the energies gives the rounding. Raises PotentialError with the
-    strain at which work and loss differ most.
+    The force is integrated between neighbouring strains of :func:`scan_strains` by Gauss quadrature
+    with 8 points. The resulting work must equal the decrease of the energy. The quadrature error is
+    estimated from halved intervals, and the rounding error from the size of the energies. Raises
+    PotentialError with the strain at which work and decrease differ most.
     """
-    # Intervals end at kinks, because Gauss's rule needs a smooth force.
+    # Intervals end at kinks, because Gauss quadrature requires a smooth force.
     edges = np.unique(np.concatenate((scan_strains(bond), kinks)))
     with np.errstate(all="ignore"):
         energies = np.asarray(bond.energy(edges), dtype=float)
@@ -148,8 +149,8 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
         halves = _work(bond, low, middle)[0] + _work(bond, middle, high)[0]
         mismatch = np.abs(energies[:-1] - energies[1:] - halves)
         rounding = 64.0 * sys.float_info.epsilon
-        # Terms that cancel in a small energy are as large as stiffness times length squared, and
-        # as the constant in an energy.
+        # Terms that cancel in a small energy are as large as stiffness times length squared, or as
+        # the constant in the energy.
         size_at_rest = _slope_at_rest(bond, scan_strains(bond)) + abs(bond.energy_offset)
         rounding *= np.abs(energies[:-1]) + np.abs(energies[1:]) + size_at_rest
         allowed = _WORK * size + 4.0 * np.abs(halves - whole) + rounding
@@ -160,7 +161,7 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
             f"bond '{bond.name}' has no finite energy and force anywhere near length 1. "
             "Write both as functions of the strain r - 1"
         )
-    # the message prefers a strain that bonds reach in practice
+    # the message gives a strain that bonds reach in practice, if possible
     usual = known & (excess > 1.0) & (np.abs(middle) < 1.0)
     worst = int(np.argmax(np.where(usual if usual.any() else known, excess, -1.0)))
     if excess[worst] > 1.0:

@@ -2,12 +2,12 @@ r"""
 Draw bond lengths in equilibrium from the density :math:`\exp(-U(s)/T)`.
 
 The bond lengths of a free chain are independent in equilibrium, because only neighbours have bonds.
-So a chain is drawn bond by bond, without a Markov chain.
+Each bond is therefore drawn separately, without a Markov chain.
 
-The density of a bond that can break does not vanish at infinite length. Only the bound states of
-such a bond are drawn. Bound states end at the energy barrier. Without a barrier they end at
-:math:`U = D - T`, because thermal energy breaks bonds beyond it. Temperatures are refused if the
-density at that end is not small, because bound states then have no meaning.
+If a bond can break, its density does not vanish at infinite length. Only bound states of such a
+bond are drawn. They end at the energy barrier, or without a barrier at :math:`U = D - T`, because
+thermal energy breaks bonds of higher energy. A temperature is refused if the density at the end of
+the bound states is not small, because bound states then have no meaning.
 """
 
 import math
@@ -24,29 +24,30 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
 
 # The energy that breaks a bond must be at least this many times T. The density at the end of the
-# bound states is then below 1e-3 of the density at rest: exp(-8), or exp(-7) if the bound states
-# end at D - T.
+# bound states is then below 1e-3 of the density at the natural length: exp(-8), or exp(-7) if the
+# bound states end at D - T.
 LEAST_DEPTH = 8.0
-# Densities below exp(-50) = 2e-22 are left out: the smallest drawn probability is 2^-54 = 6e-17.
+# Densities below exp(-50) = 2e-22 are omitted. The smallest probability that is drawn is 2^-54 =
+# 6e-17.
 _REACH = 50.0
-# A panel has 16 Gauss points. It is halved until the last terms of its series are below this
-# fraction of the whole integral. The rounding of the density is about 1e-16.
+# A panel has 16 Gauss points. It is halved until the last terms of its Legendre series are below
+# this fraction of the whole integral. The rounding error of the density is about 1e-16.
 _POINTS = 16
 _RESOLVED = 4e-15
 _FIRST_PANELS = 24
 _MOST_HALVINGS = 40
 _MOST_PANELS = 20_000
-# This fraction of the integral may stay unresolved if an energy has small jumps or noise.
+# Largest unresolved fraction of the integral, if an energy has small jumps or noise.
 _UNRESOLVED = 1e-10
-# The rounding of an energy with a subtracted constant may be at most this fraction of T.
+# Largest rounding error of an energy with a subtracted constant, as a fraction of T.
 _NOISE = 1e-8
-# Newton's method ends with a step of this size, in units of half a panel. Later steps would be
-# rounding.
+# Newton's method ends with a step of this size, in units of half a panel. Further steps would only
+# be rounding.
 _CLOSE = 1e-14
 _AT_ONCE = 16_384
 
 _NODES, _WEIGHTS = legendre.leggauss(_POINTS)
-# This matrix turns values at the nodes into coefficients of Legendre polynomials.
+# Matrix that computes Legendre coefficients from values at the nodes.
 _TO_SERIES = (
     (np.arange(_POINTS) + 0.5)[:, np.newaxis] * _WEIGHTS * legendre.legvander(_NODES, _POINTS - 1).T
 )
@@ -58,16 +59,18 @@ _Found = TypeVar("_Found")
 @dataclass(frozen=True, eq=False)
 class BondDistribution:
     r"""
-    Distribution of one bond's strain in equilibrium.
+    Equilibrium distribution of the strain of one bond.
 
-    Made by :func:`bond_distribution`. Within a panel the density is a polynomial of degree 15.
+    :func:`bond_distribution` makes it. In each panel the density is a polynomial of degree 15.
     """
 
-    #: Edges of the panels, of shape (P + 1,). The first and the last are the ends of the density.
+    #: Edges of the panels, of shape (P + 1,). The density is zero beyond the first and the last
+    #: edge.
     edges: Array
-    #: Legendre coefficients of the density in each panel, times half its width; of shape (16, P).
+    #: Legendre coefficients of the density in each panel, times half the panel width; of shape (16,
+    #: P).
     densities: Array
-    shares: Array  #: Probability below each edge: 0 to 1; of shape (P + 1,).
+    shares: Array  #: Cumulative probability at each edge, from 0 to 1; of shape (P + 1,).
 
     @cached_property
     def _integrals(self) -> Array:
@@ -75,7 +78,7 @@ class BondDistribution:
 
     @cached_property
     def _nodes(self) -> tuple[Array, Array]:
-        """Strains and their probabilities, from which averages are computed."""
+        """Strains and weights of the quadrature from which averages are computed."""
         half = 0.5 * np.diff(self.edges)[:, np.newaxis]
         middles = 0.5 * (self.edges[1:] + self.edges[:-1])[:, np.newaxis]
         values = legendre.legval(_NODES, self.densities)
@@ -90,12 +93,12 @@ class BondDistribution:
 
     @cached_property
     def variance(self) -> float:
-        """Mean square deviation of the strain from its mean."""
+        """Variance of the strain."""
         strains, weights = self._nodes
         return float(np.sum(weights * (strains - self.mean) ** 2))
 
     def log_moment(self, slopes: Array) -> Array:
-        r"""Return :math:`\ln\langle e^{\lambda (s - \langle s\rangle)}\rangle` of slopes lambda."""
+        r"""Return :math:`\ln\langle e^{\lambda (s - \langle s\rangle)}\rangle` for each lambda."""
         strains, weights = self._nodes
         powers = np.multiply.outer(slopes, strains - self.mean)
         largest = np.max(powers, axis=-1)
@@ -103,7 +106,7 @@ class BondDistribution:
         return found + largest
 
     def share_below(self, strains: Array) -> Array:
-        """Return the probability of a smaller strain, for each given strain."""
+        """Return the cumulative probability at each strain."""
         s = np.clip(strains, self.edges[0], self.edges[-1])
         panel = np.clip(np.searchsorted(self.edges, s, side="right") - 1, 0, len(self.edges) - 2)
         low, high = self.edges[panel], self.edges[panel + 1]
@@ -112,7 +115,7 @@ class BondDistribution:
 
     def strains(self, shares: Array) -> Array:
         """
-        Return the strains at which the cumulative probability has given values, to 1e-15.
+        Return the strains with given cumulative probabilities, to 1e-15.
 
         Each strain is computed separately and does not depend on the other probabilities.
         """
@@ -124,7 +127,7 @@ class BondDistribution:
         return found.reshape(np.shape(shares))
 
     def _invert(self, shares: Array) -> Array:
-        """Solve for the position within the panel by Newton's method with shrinking bounds."""
+        """Find the positions within panels by Newton's method with bounds."""
         panel = np.searchsorted(self.shares, shares, side="right") - 1
         panel = np.clip(panel, 0, len(self.edges) - 2)
         inside = shares - self.shares[panel]
@@ -150,7 +153,7 @@ class BondDistribution:
 
 
 def kept_by_bond(find: Callable[..., _Found]) -> Callable[..., _Found]:
-    """Cache the result for a bond, the first argument, if the bond allows it without a hash."""
+    """Cache results of a function whose first argument is a bond, if the bond is hashable."""
     kept = lru_cache(maxsize=64)(find)
 
     @wraps(find)
@@ -167,10 +170,11 @@ def kept_by_bond(find: Callable[..., _Found]) -> Callable[..., _Found]:
 @kept_by_bond
 def bond_distribution(bond: Potential, temperature: float) -> BondDistribution:
     r"""
-    Return the distribution of a bond's strain in equilibrium at :math:`k_B T`, an energy.
+    Return the equilibrium distribution of a bond's strain; the temperature is :math:`k_B T`.
 
-    The density is :math:`\propto \exp(-U(s)/T)` at all strains, or at those of bound states. Raises
-    SceneError if the bond has no force in tension, or breaks below `LEAST_DEPTH` times T.
+    The density is :math:`\propto \exp(-U(s)/T)` for all strains, or for those of bound states.
+    Raises SceneError if the bond has no force in tension, or breaks at an energy below
+    `LEAST_DEPTH` times T.
     """
     low, high = _ends(bond, temperature)
     edges = np.linspace(low, high, _FIRST_PANELS + 1)
@@ -212,7 +216,7 @@ def bond_distribution(bond: Potential, temperature: float) -> BondDistribution:
 
 
 def _series(bond: Potential, temperature: float, begins: Array, ends: Array) -> Array:
-    """Return the Legendre coefficients of exp(-U/T) in each panel, times half its width."""
+    """Return the Legendre coefficients of exp(-U/T) in each panel, times half the panel width."""
     half = 0.5 * (ends - begins)
     strains = 0.5 * (begins + ends) + half * _NODES[:, np.newaxis]
     with np.errstate(all="ignore"):
@@ -222,7 +226,7 @@ def _series(bond: Potential, temperature: float, begins: Array, ends: Array) -> 
 
 
 def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
-    """Return the ends of the density; refuse a temperature that is too high."""
+    """Return the two strains between which there is a density; refuse too high a temperature."""
     floor, ceiling = bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
     if bond.dissociation == 0.0:
         raise SceneError(
@@ -251,7 +255,7 @@ def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
 
 
 def _energy_at(bond: Potential, strain: float) -> float:
-    """Return U at an end of the strains; inf if there is no end or U is no number."""
+    """Return U at the largest or smallest strain; inf if there is none or U is not finite."""
     if math.isinf(strain):
         return math.inf
     with np.errstate(all="ignore"):

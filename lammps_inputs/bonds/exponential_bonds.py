@@ -1,4 +1,4 @@
-"""Define the bonds that are exponentials of the strain: Toda's and Morse's."""
+"""Define the bonds with exponentials of the strain: Toda and Morse."""
 
 import math
 from collections.abc import Callable
@@ -15,12 +15,12 @@ from chaincor.lammps_inputs.errors import PotentialError
 
 
 class _Exponential(NamedBond):
-    """Bond with one inverse length b, on which U depends as U(s; b) = U(b s; 1)/b^2."""
+    """Bond with one inverse length b, and U(s; b) = U(b s; 1)/b^2."""
 
     becomes_hard = True
 
     def __post_init__(self) -> None:
-        """Refuse an inverse length that is not positive, or whose square is no positive number."""
+        """Refuse an inverse length that is not positive or has no finite positive square."""
         ((key, given),) = self.as_keys().items()
         if not SMALLEST <= given <= LARGEST:
             usual = type(self)().as_keys()[key]
@@ -81,12 +81,12 @@ class MorseParameters(NamedTuple):
 
 def _morse_kernels(exp: Callable, expm1: Callable) -> tuple[Callable, Callable]:
     def morse_force(strain: Strain, parameters: MorseParameters) -> Strain:
-        """Return e (1 + e)/a with e = exp(-a s) - 1; squares of e stay finite."""
+        """Return e (1 + e)/a with e = exp(-a s) - 1; squares of e remain finite."""
         e = expm1(np.minimum(-parameters.a * strain, 350.0))
         return e * (1.0 + e) / parameters.a
 
     def morse_curvature(strain: Strain, parameters: MorseParameters) -> Strain:
-        """Return e (2 e - 1) with e = exp(-a s); squares of e stay finite."""
+        """Return e (2 e - 1) with e = exp(-a s); squares of e remain finite."""
         e = exp(np.minimum(-parameters.a * strain, 350.0))
         return e * (2.0 * e - 1.0)
 
@@ -95,7 +95,7 @@ def _morse_kernels(exp: Callable, expm1: Callable) -> tuple[Callable, Callable]:
 
 @dataclass(frozen=True)
 class Morse(_Exponential):
-    """U = (1 - exp(-a s))^2/(2 a^2) with a > 0; at zero length it is finite."""
+    """U = (1 - exp(-a s))^2/(2 a^2) with a > 0; U is finite at zero length."""
 
     a: float = 6.0
 

@@ -22,7 +22,7 @@ from chaincor.lammps_inputs.bonds.formula_text import canonical_text
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import PotentialError
 
-# A strain, or a relative change of the stiffness, below this value counts as rounding.
+# Smaller strains, or relative changes of the stiffness, are attributed to rounding.
 _ROUNDING = 1e-12
 
 
@@ -31,15 +31,15 @@ class Formula(UserBond):
     Bond given by a formula for its energy.
 
     U is a function of the strain ``s``, or the length ``r`` = 1 + s, and of named parameters. The
-    natural length is the zero of the force nearest to length 1. Strains count from it, so that a
-    chain at rest has no strain, and U and -dU/ds vanish there. Near rest, where the formula would
-    lose digits by cancellation, the force is a series whose coefficients are computed with 40
-    digits. Speeds, energies and times are in the units of the formula. The speed scale v* follows
-    from :math:`U(x^*) = k (x^* - x_0)^2`, with the stiffness k and the natural length of the
-    formula.
+    natural length is the zero of the force nearest to length 1. The methods of this class measure
+    strains from the natural length, where U and -dU/ds vanish. Near the natural length the formula
+    would lose digits by cancellation. There the force is a series whose coefficients are computed
+    with 40 digits. Speeds, energies and times are in the units of the formula. The speed scale v*
+    is obtained from :math:`U(x^*) = k (x^* - x_0)^2`, with the stiffness k and the natural length
+    of the formula.
 
-    Raises PotentialError if the text is no formula, or if the bond has no stable length near 1, has
-    kinks, or loses digits by cancellation.
+    Raises PotentialError if the text is not a formula, or if the bond has no stable length near 1,
+    has kinks, or loses digits by cancellation.
     """
 
     text: str  #: Formula of the energy in canonical form.
@@ -61,7 +61,7 @@ class Formula(UserBond):
             self._near = reach_of(self._series)
             self.stiffness = -self._series[0]
             terms, orders = np.asarray(self._series), np.arange(1, len(self._series) + 1)
-            # Each function near rest is this power of the strain times this series.
+            # Near the natural length, each function is this power of the strain times this series.
             self._near_rest = {
                 "energy": (2, -terms / (orders + 1)),
                 "force": (1, terms),
@@ -99,13 +99,14 @@ class Formula(UserBond):
             raise self._refuse(f"has a kink at strain {found[0]:.6g}", "Give a smooth formula")
         if math.isfinite(self.barrier_strain):
             self.dissociation = math.inf
-        # A length that differs from 1 only by rounding is taken as 1.
+        # A natural length that differs from 1 only by rounding is replaced by 1.
         self.natural_length = 1.0 if abs(self._rest) < _ROUNDING else 1.0 + self._rest
-        # The anharmonic order is that of the first term beyond rounding after the square.
+        # The anharmonic order is the order of the first term after the square that exceeds
+        # rounding.
         sizes = [abs(c) * self._near**k for k, c in enumerate(self._series)]
         larger = (k for k, size in enumerate(sizes) if k and size > _ROUNDING * sizes[0])
         self.anharmonic_order = next((k + 2 for k in larger), None)
-        # The kernels are compiled once for all values of the parameters.
+        # The kernels are compiled once, for all values of the parameters.
         self.users_force = None
         self.force_kernel, self.curvature_kernel = self._code.kernels
         self.parameters = FormulaParameters(self._values, self._rest, self._near, self._series)
@@ -119,7 +120,7 @@ class Formula(UserBond):
 
     @cached_property
     def natural_speed(self) -> float | None:
-        """v*, computed with 40 digits and rounded to 13, so that all processors agree."""
+        """v*, computed with 40 digits and rounded to 13 digits, on which all processors agree."""
         strain = self._find_compressed_strain()
         if strain is None:
             return None
@@ -135,7 +136,7 @@ class Formula(UserBond):
         return float(f"{float(digits.sqrt(2 * self.stiffness) * abs(root)):.12e}")
 
     def energy(self, strain: ArrayLike) -> Any:
-        """Return U, zero at rest."""
+        """Return U, which is zero at the natural length."""
         return self._joined(strain, "energy")
 
     def force(self, strain: ArrayLike) -> Any:
@@ -147,7 +148,7 @@ class Formula(UserBond):
         return self._joined(strain, "curvature")
 
     def _joined(self, strain: Any, name: str) -> Any:
-        """Return values of a function: the series near rest, the formula at larger strains."""
+        """Return values of a function, at small strains from the series, else from the formula."""
         s = np.asarray(strain, dtype=float)
         power, series = self._near_rest[name]
         x = np.clip(s, -self._near, self._near)
@@ -167,7 +168,7 @@ class Formula(UserBond):
         return PotentialError(f"energy {self.text!a}{where} {problem}. {remedy}")
 
     def _find_ends(self) -> tuple[float, float]:
-        """Return the strains between which no base or argument of log changes sign."""
+        """Return the strains between which no base of a power or argument of log changes sign."""
         from scipy.optimize import brentq
 
         ends = [-(1.0 + self._rest), math.inf]
@@ -189,25 +190,25 @@ class Formula(UserBond):
                 outer = float(strains[first])
                 try:
                     end = float(brentq(value, inner, outer, xtol=1e-15))
-                except ValueError:  # at the end itself the value is 0 or NaN
+                except ValueError:  # at the end itself the expression is 0 or NaN
                     end = outer
                 if abs(end) < abs(ends[side]):
                     ends[side] = end
         low = ends[0]
         if abs(low + 1.0) < _ROUNDING:
             low = -1.0
-        # Engines detect whether particles reach each other.
+        # Engines detect whether particles pass each other.
         energy = self._functions["energy"](np.float64(self._rest + low))
         holds = low == -1.0 and not math.isfinite(energy)
         return (low if low > -1.0 or holds else -math.inf), ends[1]
 
     def _find_barrier(self, high: float) -> float:
-        """Return the first positive strain at which the force does not pull."""
+        """Return the smallest positive strain at which the force does not pull."""
         strains = np.geomspace(self._near, min(1e3, 0.999 * high), 4000)
         return self._first_zero(strains, self.force(strains) > 1e-13 * self.stiffness, math.inf)
 
     def _find_inner_barrier(self, low: float) -> float:
-        """Return the end of the strains, or the first negative strain at which the force pulls."""
+        """Return the negative strain nearest to 0 at which the force pulls, or else the end."""
         end = 0.999 * min(1.0, -low)
         if end <= self._near:
             return low
@@ -215,7 +216,7 @@ class Formula(UserBond):
         return self._first_zero(strains, ~(self.force(strains) > 0.0), low)
 
     def _first_zero(self, strains: Array, beyond: NDArray[np.bool_], end: float) -> float:
-        """Return the zero of the force next to the first strain marked beyond, or the end."""
+        """Return the zero of the force before the first strain marked `beyond`, or the end."""
         from scipy.optimize import brentq
 
         if not np.any(beyond):
@@ -231,5 +232,5 @@ class Formula(UserBond):
 
 @lru_cache(maxsize=256)
 def formula_bond(text: str, parameters: tuple[tuple[str, float], ...]) -> Formula:
-    """Return the bond of a formula, the same object each time."""
+    """Return the bond of a formula; equal arguments give the same object."""
     return Formula(text, dict(parameters))

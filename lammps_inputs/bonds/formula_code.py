@@ -15,21 +15,21 @@ from chaincor.lammps_inputs.errors import PotentialError
 if TYPE_CHECKING:
     import sympy
 
-# Energy, force and stiffness may have this many operations together. A formula that fills a page
-# has some hundreds.
+# Largest total number of operations in energy, force and stiffness. A formula that fills a page has
+# some hundreds.
 _MOST_OPERATIONS = 3000
-# The series about rest has this many terms after the first.
+# Number of terms in the series about the natural length, after the first term.
 SERIES_TERMS = 22
 
 
 class FormulaParameters(NamedTuple):
     """Parameters of a formula's kernel."""
 
-    #: Parameters of the formula, sorted by name; one zero without parameters.
+    #: Parameters of the formula, sorted by name; one zero if there are none.
     given: tuple[float, ...]
-    rest: float  #: Strain at rest, as the formula counts it.
+    rest: float  #: Strain of the natural length, in the formula's definition of strain.
     near: float  #: Largest strain for which the series is used.
-    #: Coefficients of the force over strain, from the constant on: -k, -k g_1, ...
+    #: Coefficients of force/strain, beginning with the constant: -k, -k g_1, ...
     series: tuple[float, ...]
 
 
@@ -41,16 +41,16 @@ class FormulaCode:
     energy: str
     force: str  #: Force -U' as Python text.
     curvature: str  #: Stiffness U'' as Python text.
-    #: Expressions that must not vanish: bases of powers without positive whole exponents, and
-    #: arguments of log.
+    #: Expressions that must not vanish: arguments of log, and bases of powers, unless the exponent
+    #: is a positive whole number.
     guards: tuple[str, ...]
 
     def function(self, text: str, values: tuple[float, ...], digits: Any = None) -> Callable:
         """
-        Return one of the texts as a function of the strain, as the formula counts it.
+        Return one of the texts as a function of the strain, in the formula's definition of strain.
 
-        `values` are the values of the parameters, sorted by name. `digits` is an mpmath context for
-        more digits than doubles have.
+        `values` are the values of the parameters, sorted by name. `digits` is an mpmath context,
+        for more digits than those of doubles.
         """
         known = {name: getattr(digits or np, name) for name in FUNCTIONS}
         known["p"] = values if digits is None else tuple(map(digits.mpf, values))
@@ -66,10 +66,11 @@ class FormulaCode:
 
 def _kernel_of(name: str, formula: str, power: str, factors: list[float]) -> Callable:
     """
-    Return a function of the strain: a series near rest, where the formula cancels.
+    Return a function of the strain: a series at small strains, and else the formula.
 
-    Both are evaluated, and one is multiplied by zero: no branch keeps a loop from being
-    vectorised, and the same text serves arrays.
+    At small strains the formula would lose digits by cancellation. Both are always evaluated, and
+    one is multiplied by zero. Without a branch, loops can be vectorised, and the same code works
+    for arrays.
     """
     digest = hashlib.sha256(formula.encode()).hexdigest()[:16]
     terms = [
@@ -92,7 +93,8 @@ def _kernel_of(name: str, formula: str, power: str, factors: list[float]) -> Cal
     scope: dict[str, Any] = {"__builtins__": {}, "__name__": __name__} | known
     exec(compile(text, f"<{name} {digest}>", "exec"), scope)
     kernel: Callable = scope["enclose"](exponential, exp_less_one)
-    # Qualified names distinguish compiled loops, and the code finds them again on disk.
+    # The qualified name distinguishes compiled loops. It depends only on the code, and compiled
+    # loops are therefore found again on disk.
     kernel.__qualname__ = f"{name}_{digest}"
     return kernel
 
@@ -100,9 +102,9 @@ def _kernel_of(name: str, formula: str, power: str, factors: list[float]) -> Cal
 @lru_cache(maxsize=64)
 def formula_code(text: str, names: tuple[str, ...]) -> FormulaCode:
     """
-    Differentiate an energy with parameters of these names, and write the results as Python.
+    Differentiate an energy with the named parameters, and write the results as Python.
 
-    Raises PotentialError if the text is no formula, or is too long to differentiate twice.
+    Raises PotentialError if the text is not a formula, or is too long to differentiate twice.
     """
     import sympy
 
@@ -158,7 +160,7 @@ def _refuse_long(expression: "sympy.Expr", text: str) -> None:
 
 
 def _guards(expression: "sympy.Expr", strain: "sympy.Symbol") -> Sequence["sympy.Expr"]:
-    """Return the expressions whose signs cannot change where the formula is smooth."""
+    """Return expressions whose signs are constant in any range in which the formula is smooth."""
     import sympy
     from sympy.codegen.cfunctions import log1p
 
@@ -175,7 +177,7 @@ def _guards(expression: "sympy.Expr", strain: "sympy.Symbol") -> Sequence["sympy
 
 
 def _written(expression: "sympy.Expr", symbols: dict["sympy.Symbol", str]) -> str:
-    """Write an expression in Python, with floats, whole powers and unqualified function names."""
+    """Write an expression as Python text, with floats, whole powers and plain function names."""
     import sympy
 
     def text(part: "sympy.Expr") -> str:
@@ -198,7 +200,7 @@ def _written(expression: "sympy.Expr", symbols: dict["sympy.Symbol", str]) -> st
         written = text(base)
         if exponent.is_Integer:
             whole = int(exponent)
-            # Compilers turn a power with a whole exponent into multiplications.
+            # Compilers replace a power with a whole exponent by multiplications.
             raised = f"{written}**{abs(whole)}" if abs(whole) != 1 else written
             return f"({raised})" if whole > 0 else f"(1.0/{raised})"
         if exponent.is_Rational and exponent.q == 2 and abs(exponent.p) == 1:

@@ -1,4 +1,4 @@
-"""Find the natural length of a formula, the series there, and lost digits elsewhere."""
+"""Find the natural length of a formula, expand the force there, and look for lost digits."""
 
 import math
 from collections.abc import Callable
@@ -10,24 +10,23 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.formula_code import SERIES_TERMS, FormulaCode
 from chaincor.lammps_inputs.errors import PotentialError
 
-# The natural length and the series about it are computed with this many digits, and the formula is
-# compared with as many.
+# Number of digits in the computation of the natural length and of the series, and in the check for
+# lost digits.
 _DIGITS = 40
-# The series is used up to the strain at which its truncation error is this fraction of the force,
-# and never beyond the second value.
+# The series is used up to the strain at which its truncation error is the first number, as a
+# fraction of the force. It is never used beyond the second number.
 _CUT, _FARTHEST = 1e-18, 0.25
-# The natural length must lie in this range of strains.
+# Range of strains in which the natural length must lie, and the smallest strain of the search.
 _NEAREST_REST, _SHORTEST_REST, _LONGEST_REST = 1e-7, -0.5, 1.0
-# The stiffness at rest must lie in this range.
+# Range of the stiffness at the natural length.
 _SOFTEST, _STIFFEST = 1e-8, 1e8
-# The double-precision force may have this error, relative to the larger of the force and 1e-3 k
-# |s|.
+# Largest error of the double-precision force, relative to the larger of the force and 1e-3 k |s|.
 LOST = 1e-11
 Refuse = Callable[[str, str], PotentialError]
 
 
 def many_digits() -> Any:
-    """Return a new context of mpmath with 40 digits. The default context would be shared."""
+    """Return a new mpmath context with 40 digits; other code uses the default context."""
     import mpmath
 
     context = mpmath.MPContext()
@@ -39,11 +38,11 @@ def expand(
     code: FormulaCode, values: tuple[float, ...], refuse: Refuse
 ) -> tuple[Any, tuple[float, ...]]:
     """
-    Find the natural length of a formula that is nearest to 1, and expand the force there.
+    Find the natural length of a formula nearest to 1, and expand the force there.
 
-    Returns the strain at that length, with many digits, and the series of force over strain: -k, -k
-    g_1 ... If there is no stable length near 1, or the stiffness is out of bounds, raises the error
-    that `refuse` makes from the problem and the remedy.
+    Returns the strain at the natural length, with many digits, and the series of force/strain: -k,
+    -k g_1 ... If there is no stable length near 1, or the stiffness is out of bounds, raises the
+    error that `refuse` makes from the problem and the remedy.
     """
     bracket, digits = _bracket(code, values, refuse), many_digits()
     force = code.function(code.force, values, digits)
@@ -70,7 +69,7 @@ def expand(
 
 
 def _bracket(code: FormulaCode, values: tuple[float, ...], refuse: Refuse) -> tuple[float, float]:
-    """Return the two strains nearest to 0 between which the force falls through zero."""
+    """Return the two strains, closest to 0, between which the force falls through zero."""
     out = np.geomspace(_NEAREST_REST, _LONGEST_REST, 400)
     strains = np.concatenate((-out[out <= -_SHORTEST_REST][::-1], out))
     forces = np.asarray(code.function(code.force, values)(strains), dtype=float)
@@ -108,9 +107,9 @@ def lost_digits(
     """
     Compare a force with the formula in many digits, at strains within `reach`.
 
-    Strains count from `rest`. Up to `near`, the force is a series. Returns the strain nearest to
-    rest at which the relative error exceeds ``LOST``, and this error; None if it exceeds ``LOST``
-    nowhere.
+    Strains are relative to `rest`. Up to `near`, the force is a series. Returns the smallest strain
+    at which the relative error exceeds ``LOST``, and this error. Returns None if the error never
+    exceeds ``LOST``.
     """
     digits = many_digits()
     out = np.geomspace(0.5 * near, 4.0, 16)

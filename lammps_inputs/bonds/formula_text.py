@@ -1,4 +1,4 @@
-"""Read the text of a bond energy, which a grammar checks before it is evaluated."""
+"""Read the text of a bond energy. A grammar checks the text before it is evaluated."""
 
 import ast
 import keyword
@@ -14,7 +14,7 @@ from chaincor.lammps_inputs.errors import PotentialError
 if TYPE_CHECKING:
     import sympy
 
-# These functions are analytic wherever they are finite, so the force has no kinks there.
+# These functions are analytic if they are finite. A force made of them has no kinks.
 FUNCTIONS = (
     "exp", "expm1", "log", "log1p", "sqrt", "sin", "cos", "sinh", "cosh", "tanh"
 )  # fmt: skip
@@ -25,7 +25,7 @@ _EXPECTED = (
 )
 _RESERVED = (STRAIN, LENGTH, "pi", *FUNCTIONS)
 
-# No formula written by a person reaches these limits. Longer formulas would take minutes to
+# Limits that no formula written by hand reaches. Longer formulas would take minutes to
 # differentiate or to compile.
 _LONGEST_TEXT, _MOST_NODES, _DEEPEST, _MOST_PARAMETERS = 400, 160, 24, 20
 _LARGEST, _SMALLEST, _HIGHEST_POWER = 1e100, 1e-100, 99
@@ -75,7 +75,7 @@ def _checked(name: Any, value: Any) -> float:
 
 
 def canonical_text(text: str) -> str:
-    """Return a canonical text, in which blanks, brackets and signs of powers make no difference."""
+    """Return a canonical text, independent of blanks, brackets and the notation of powers."""
     return ast.unparse(_parsed(text))
 
 
@@ -83,8 +83,8 @@ def read_formula(text: str, names: Iterable[str]) -> "sympy.Expr":
     """
     Read a formula of ``s``, the strain, or ``r``, the length, that uses all parameters.
 
-    Returns an expression of real symbols with these names, with r = 1 + s. Raises PotentialError,
-    which names the fault in the text and the allowed forms.
+    Returns an expression of real symbols with these names, in which r = 1 + s. Raises
+    PotentialError with the mistake in the text and the allowed forms.
     """
     import sympy
 
@@ -154,7 +154,7 @@ def _double(number: float) -> "sympy.Float":
 
 
 class _Reader:
-    """Converter of allowed nodes into numbers and SymPy expressions."""
+    """Converter of allowed syntax nodes into numbers and SymPy expressions."""
 
     def __init__(self, text: str, symbols: Mapping[str, Any]) -> None:
         self._text, self._symbols = text, symbols
@@ -190,7 +190,7 @@ class _Reader:
     def _operation(self, left: Any, op: ast.operator, right: Any) -> Any:
         numbers = not _is_symbolic(left) and not _is_symbolic(right)
         if not numbers and not isinstance(op, ast.Pow):
-            # Numbers become doubles here, because SymPy's integers may have millions of digits.
+            # Numbers become doubles, because SymPy's integers may have millions of digits.
             left, right = (x if _is_symbolic(x) else _double(x) for x in (left, right))
         if isinstance(op, ast.Div) and not numbers and right == 0:
             raise ZeroDivisionError
@@ -234,7 +234,7 @@ class _Reader:
                 else "contains a number out of range",
                 f"Use numbers with sizes from {_SMALLEST:g} to {_LARGEST:g}",
             )
-        # Whole numbers that a double cannot hold exactly become doubles.
+        # Whole numbers that are not exact in double precision become doubles.
         return value if isinstance(value, int) and abs(value) < 2**53 else float(value)
 
     def _refuse(self, problem: str, remedy: str) -> PotentialError:

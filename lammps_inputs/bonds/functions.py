@@ -1,4 +1,4 @@
-"""Compute functions of bonds without loss of digits, and exponentials fast."""
+"""Compute functions of bonds without loss of digits, and fast exponentials."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Series are used for |x| below this value. Above it, the direct difference loses at most about 2/x
-# = 20 units in the last place.
+# Series are used for |x| below this value. For larger |x|, the direct difference loses at most
+# about 2/x = 20 units in the last place.
 _SERIES_LIMIT = 0.1
 
 # With 12 terms of a series in t^2 <= (0.1/1.9)^2, the remainder is below 1e-30 of the first term.
@@ -55,8 +55,8 @@ def expm1_minus_x(x: ArrayLike) -> Array:
     return np.where(small, series, np.expm1(x) - x)
 
 
-# The constants are 1/ln 2; ln 2 as a sum of two numbers, the first with few bits; a number that
-# rounds any double added to it to an integer; and 1/2! to 1/13!, with which the series is exact to
+# The constants are: 1/ln 2; ln 2 as a sum of two numbers, the first with few bits; a number which
+# rounds a double to an integer when it is added; and 1/2! to 1/13!, which make the series exact to
 # 2e-17 up to ln(2)/2.
 _PER_LN_2 = 1.4426950408889634
 _LN_2, _LN_2_REST = 6.93147180369123816490e-01, 1.90821492927058770002e-10
@@ -68,9 +68,9 @@ _A2, _A3, _A4, _A5, _A6, _A7, _A8, _A9, _A10, _A11, _A12, _A13 = (
 
 def _exponentials() -> tuple[Callable, Callable]:
     """
-    Return functions for exp(x) and exp(x) - 1 in plain arithmetic, which compilers vectorise.
+    Return functions for exp(x) and exp(x) - 1 in arithmetic that compilers can vectorise.
 
-    Their closure holds the functions that they call, as compiled loops require.
+    Compiled loops require that functions called in a kernel are in its closure.
     """
 
     def parts(exponent: Any) -> tuple[Any, Any]:

@@ -1,4 +1,4 @@
-"""Define the Hertz bond: beads that overlap repel each other with a power of the overlap."""
+"""Define the Hertz bond: overlapping beads repel each other with a power of the overlap."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.bonds.named_bond import NamedBond, Strain
 from chaincor.lammps_inputs.contacts.power import PowerContact
 from chaincor.lammps_inputs.errors import PotentialError
 
-# With larger exponents, energies overflow or underflow at speeds that scenes may have.
+# With larger exponents, energies overflow or underflow at speeds that scenes allow.
 LARGEST_EXPONENT = 9.0
 
 
@@ -25,7 +25,7 @@ class HertzParameters(NamedTuple):
 def hertz_force(strain: Strain, parameters: HertzParameters) -> Strain:
     """Return d^p with the overlap d = -s; 0 if the beads are apart."""
     overlap = np.maximum(-strain, 0.0)
-    if parameters.exponent == 1.5:  # a root is several times cheaper than a power
+    if parameters.exponent == 1.5:  # a square root is several times faster than a power
         return overlap * np.sqrt(overlap)
     return overlap**parameters.exponent
 
@@ -42,7 +42,7 @@ class Hertz(NamedBond):
     U = d^(p + 1)/(p + 1) with the overlap d = -s; 0 if the beads are apart.
 
     Damping adds -A d^(p - 1) d' (viscoelastic spheres) or -A d' (a dashpot) to the force d^p while
-    beads overlap. The sum is cut off at 0, so that separating beads do not pull.
+    beads overlap. A negative sum is replaced by 0, because separating beads do not pull.
     """
 
     exponent: float = 1.5  #: Exponent p of the force; 3/2 for two spheres.
@@ -62,13 +62,13 @@ class Hertz(NamedBond):
     smooth = False
     only_pushes = True
     stiffness = 0.0
-    anharmonic_order = None  # the centres may pass each other, as with springs
+    anharmonic_order = None  # the centres may pass each other, like those of springs
     dissociation = 0.0
     convex_strain = 0.0
     kinks: ClassVar = (0.0,)
 
     def __post_init__(self) -> None:
-        """Refuse exponents with a stiffness at rest, and exponents that overflow."""
+        """Refuse exponents with a stiffness at zero overlap, and exponents that overflow."""
         if not 1.0 < self.exponent <= LARGEST_EXPONENT:
             raise PotentialError(
                 f"hertz_exponent is {self.exponent!r}. Give a number above 1, up to "
@@ -81,7 +81,7 @@ class Hertz(NamedBond):
         return np.maximum(-np.asarray(strain, dtype=float), 0.0) ** power / power
 
     def as_keys(self) -> dict[str, Any]:
-        """Return the parameters, and those of damping if there is any."""
+        """Return the parameters, including those of damping if there is damping."""
         keys = super().as_keys()
         return keys if self.damping > 0.0 else {"hertz_exponent": keys["hertz_exponent"]}
 
@@ -92,23 +92,23 @@ class Hertz(NamedBond):
 
     @property
     def contact(self) -> PowerContact:
-        """Contact law of the bodies, which equals that of the beads."""
+        """Contact law of the bodies, which is the same as between beads."""
         return PowerContact(1.0, self.exponent)
 
     def compressed_strain(self, energy: float) -> float:
-        """Return the strain of a contact with a potential energy of any size."""
+        """Return the strain of a contact with a given energy."""
         return -self.contact.overlap(energy)
 
     def compressed_strains(self, energies: Array) -> Array:
-        """Return the strains of contacts for many energies."""
+        """Return the strains of contacts with given energies."""
         return np.array([self.compressed_strain(energy) for energy in energies.tolist()])
 
     def sound_stiffness(self, energy: float) -> float:
-        """Return U'' of a contact with an energy, because U'' at rest is 0."""
+        """Return U'' of a contact with a given energy, because U'' is 0 without overlap."""
         return float(self.curvature(self.compressed_strain(energy)))
 
     def strain_range(self, energy: float) -> tuple[float, float]:
-        """Return the range of strains at an energy; separated beads give it no upper end."""
+        """Return the range of strains at an energy; beads can separate to any distance."""
         return self.compressed_strain(energy), math.inf
 
     def _find_compressed_strain(self) -> float | None:

@@ -1,5 +1,5 @@
 r"""
-Interpolate in a bond table as LAMMPS does, by straight lines or a cubic spline.
+Interpolate in a bond table like LAMMPS, by straight lines or a cubic spline.
 
 The second derivatives M of the spline at the rows solve a tridiagonal system, with the spacings h
 and the difference quotients d:
@@ -27,7 +27,8 @@ def interpolate(
     """
     Return the values at `asked`, interpolated between two or more increasing x with values y.
 
-    The spline has the given `slopes` at the first and the last x. The outer cubics continue beyond.
+    The spline has the given `slopes` at the first and the last x. Beyond them, the outer cubics are
+    continued.
     """
     if style == "linear":
         return np.interp(asked, x, y)
@@ -46,7 +47,7 @@ def _bends(x: Array, y: Array, slopes: tuple[float, float]) -> Array:
     quotients = np.concatenate(([slopes[0]], np.diff(y) / h, [slopes[1]]))
     right = (6.0 * np.diff(quotients)).tolist()
     diagonal = (2.0 * (np.append(h, 0.0) + np.append(0.0, h))).tolist()
-    # The loops use plain numbers, because each result needs the one before.
+    # The loops use Python numbers, because each result depends on the previous one.
     pivot, bends = diagonal[0], [right[0]]
     pivots = [pivot]
     for i, width in enumerate(beside):

@@ -1,13 +1,13 @@
-"""Define the base class of named bonds: their titles, keys in scenes and parameters."""
+"""Define the base class of named bonds: titles, keys in scenes, and parameters."""
 
 from typing import Any, ClassVar, TypeVar
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import NoParameters, Potential
 
-# Parameters lie between these values, so that their squares and inverse squares do not overflow.
+# Range of parameters, in which their squares and inverse squares do not overflow.
 SMALLEST, LARGEST = 1e-100, 1e100
-# The argument of a kernel is one number in compiled loops, and an array otherwise.
+# Argument of a kernel: one number in compiled loops, an array otherwise.
 Strain = TypeVar("Strain", float, Array)
 
 
@@ -16,15 +16,15 @@ class NamedBond(Potential):
 
     smooth = True
     rounds_alike = True
-    title: ClassVar[str]  #: Title of the bond in texts.
-    #: Keys in scenes, and the names of these parameters in the class. A scene must give keys
-    #: without default.
+    title: ClassVar[str]  #: Title of the bond in output.
+    #: Keys of the parameters in scenes, with the names of the attributes. Scenes must give the keys
+    #: that have no default.
     keys: ClassVar[dict[str, str]] = {}
-    #: Example values of the parameters without defaults, by their names in the class.
+    #: Example values of the parameters without defaults, by attribute.
     example: ClassVar[dict[str, Any]] = {}
-    #: NamedTuple of the parameters that the kernels take.
+    #: NamedTuple of the parameters that are passed to the kernels.
     parameters_type: ClassVar[Any] = NoParameters
-    #: Names in the closure of the kernel, with their formulas in the parameters.
+    #: Names in the closure of the kernel, with their formulas as functions of the parameters.
     constants: ClassVar[dict[str, str]] = {}
 
     @property

@@ -14,15 +14,15 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks
 from chaincor.lammps_inputs.contacts.contact_law import ContactLaw, NoParameters
 
-# A scan has this many strains. Two scans narrow a range to less than a thousandth.
+# Number of strains in a scan. Two scans narrow a range to less than a thousandth.
 _GRID = 64
-# This many halvings narrow a range of logarithms down to rounding.
+# Number of halvings that narrow a range of logarithms down to rounding.
 _HALVINGS = 60
 
 
 @dataclass(frozen=True)
 class LogLength:
-    """Bond that can shrink without bound, as a function of y = ln r."""
+    """Bond whose length can approach zero, as a function of y = ln r."""
 
     kernel: Callable  #: ``kernel(y, parameters)``, which returns -dU/dr and 1/r in compiled loops.
     energy: Callable  #: Function that returns U for an array of y.
@@ -32,50 +32,53 @@ class Potential(ABC):
     """
     Bond between neighbours, with the natural length as unit of length.
 
-    Strain is s = r - 1 (positive: stretched). Energies are zero at s = 0; forces are -dU/dr
-    (positive: the bond pushes its ends apart). Units: natural bond length, particle mass and, for
-    the named potentials, bond stiffness are 1.
+    The strain is s = r - 1, positive if the bond is stretched. Energies are zero at s = 0. Forces
+    are -dU/dr, positive if the bond pushes its ends apart. Natural bond length and particle mass
+    are 1; the bond stiffness is 1 for the named potentials.
     """
 
-    name: str  #: The name used in scenes.
+    name: str  #: Name in scenes.
     #: Smallest strain: -1 if the bond needs r > 0, else -inf.
     strain_min: float = -math.inf
     strain_max: float = math.inf  #: Largest strain.
     dissociation: float = math.inf  #: U at infinite length; inf for a bond that cannot break.
     #: Whether the force is known to have derivatives of every order.
     smooth: ClassVar[bool] = False
-    #: Whether `energy` gives the same digits for one number as for an array.
+    #: Whether `energy` has the same rounding for a single number as for an array.
     rounds_alike: ClassVar[bool] = False
-    is_harmonic: ClassVar[bool] = False  #: Whether U = s^2/2, so that a chain is a sum of modes.
+    is_harmonic: ClassVar[bool] = False  #: Whether U = s^2/2. Chains then have normal modes.
     #: Whether U grows faster than any power of the compression. Such bonds act like hard spheres at
     #: high speeds.
     becomes_hard: ClassVar[bool] = False
     #: Whether the chain is a column of beads: the bond has no force in tension and no stiffness at
     #: rest.
     only_pushes: ClassVar[bool] = False
-    #: Constant that is subtracted from the energies; its rounding remains in them.
+    #: Constant that is subtracted from the energies, and leaves its rounding error in them.
     energy_offset: float = 0.0
-    #: Order of the lowest anharmonic term of U at s = 0; None for harmonic or unknown.
+    #: Order of the lowest anharmonic term of U at s = 0; None if it is unknown or U is harmonic.
     anharmonic_order: int | None = 3
     stiffness: float = 1.0  #: U''(1): 1 for every named potential.
-    #: Length of a bond at rest in the user's own units; the engines count it as 1.
+    #: Natural length in the user's units; it is 1 in the engines.
     natural_length: float = 1.0
-    convex_strain: float = math.inf  #: Largest strain up to which U is convex; inf for all.
-    #: Strain beyond which U falls without bound; inf without such a barrier.
+    convex_strain: float = (
+        math.inf
+    )  #: Largest strain up to which U is convex; inf if U is convex everywhere.
+    #: Strain at a barrier, beyond which U falls without bound; inf without a barrier.
     barrier_strain: float = math.inf
-    #: ``f(strain, parameters)``, which returns -dU/dr in compiled loops; None if only the method
-    #: exists.
+    #: ``f(strain, parameters)``, which returns -dU/dr in compiled loops. It is None if there is
+    #: only the method `force`.
     force_kernel: Callable | None = None
-    #: ``f(strain, parameters)``, which returns U'' in compiled loops, or None.
+    #: ``f(strain, parameters)``, which returns U'' in compiled loops. It is None if there is only
+    #: the method `curvature`.
     curvature_kernel: Callable | None = None
     #: Parameters of the kernels, as a NamedTuple.
     parameters: tuple[Any, ...] = NoParameters()
-    #: The force of a user, ``f(strain)``, which may be compiled if there is no kernel.
+    #: Force function of a user, ``f(strain)``, which may be compiled if there is no kernel.
     users_force: Callable | None = None
     #: Formula of U for LAMMPS, accurate to about 17 digits, with the strain ``{s}`` and the
     #: ``{bond}``; None for a bond without a formula.
     lammps_formula: ClassVar[str | None] = None
-    #: The bond as a function of ln r, if it gets too short for strains.
+    #: The bond as a function of ln r, if the bond can become too short for strains.
     log_length: LogLength | None = None
 
     @abstractmethod
@@ -95,14 +98,15 @@ class Potential(ABC):
         return kernel(np.asarray(strain, dtype=float), self.parameters)
 
     def sound_stiffness(self, _energy: float) -> float:
-        """Return the stiffness that sets the speed of sound in a chain whose bonds hold energies.
+        """Return the stiffness that determines the speed of sound in a chain.
 
-        The stiffness is U'' at rest, unless U'' is known only from differences of the force.
+        The stiffness is U'' at the natural length. Classes that know U'' only from differences of
+        the force use the energy stored in bonds.
         """
         return self.stiffness
 
     def scale_stiffness(self, energy: float) -> float:
-        """Return the stiffness that sets the scale of times: U'' at rest, if it is not 0."""
+        """Return the stiffness that determines the scale of times: U'' at s = 0, if it is not 0."""
         return self.sound_stiffness(energy) if self.only_pushes else self.stiffness
 
     @property
@@ -111,7 +115,7 @@ class Potential(ABC):
         return not (self.is_harmonic or self.only_pushes)
 
     def as_keys(self) -> dict[str, Any]:
-        """Return the parameters that decide the bond, by their keys in scenes."""
+        """Return the parameters that determine the bond, by their keys in scenes."""
         return {}
 
     @property
@@ -127,11 +131,11 @@ class Potential(ABC):
     @property
     def crossing_strain(self) -> float:
         """
-        Strain at which particles would pass through each other, or where the bond's data end.
+        Strain at which particles would pass through each other, or at which the bond's data end.
 
-        It is -inf if particles may pass: for harmonic bonds, and for a user's bond without limits
-        of strain or a known anharmonic term. A result then says whether particles passed each
-        other.
+        The strain is -inf if particles may pass each other: for harmonic bonds, and for bonds of
+        users with neither a smallest strain nor a known anharmonic term. A result then says whether
+        particles passed each other.
         """
         free = self.anharmonic_order is None and self.strain_min == -math.inf
         return -math.inf if free else max(-1.0, self.strain_min)
@@ -144,7 +148,7 @@ class Potential(ABC):
 
     @cached_property
     def compressed_root(self) -> float | None:
-        """Length x* < 1 at which U is twice its harmonic part; None if there is no such length."""
+        """Length x* < 1 at which U is twice its harmonic part; None if U never is."""
         strain = self._find_compressed_strain()
         return None if strain is None else 1.0 + strain
 
@@ -153,9 +157,9 @@ class Potential(ABC):
         """
         Speed scale of the nonlinearity, v* = sqrt(2 U(x*)); None for harmonic bonds.
 
-        The value is rounded to 13 digits, because further digits depend on the processor. A scene
-        with a speed in units of v*, and its key in a store, would otherwise depend on the
-        processor.
+        v* is rounded to 13 digits, because further digits depend on the processor. Otherwise a
+        scene with a speed in units of v* would also depend on the processor, and so would its key
+        in a store.
         """
         strain = self._find_compressed_strain()
         if strain is None:
@@ -163,13 +167,13 @@ class Potential(ABC):
         return float(f"{math.sqrt(2.0 * float(self.energy(strain))):.12e}")
 
     def _find_compressed_strain(self) -> float | None:
-        """Solve U(s)/(U'' s^2) = 1, searching from rest, where the ratio is 1/2."""
+        """Solve U(s)/(U'' s^2) = 1. The search begins at s = 0, where the ratio is 1/2."""
 
         def excess(strain: float) -> float:
             return float(self.energy(strain)) / (self.stiffness * strain * strain) - 1.0
 
         near = -1e-3
-        # the root of such a steep bond is closer to rest
+        # a bond this steep has its root closer to s = 0
         while excess(near) >= 0.0 and near < -1e-100:
             near *= 1e-3
         for _ in range(200):
@@ -189,10 +193,10 @@ class Potential(ABC):
 
     def distance_at(self, energy: float, side: float, end: float = math.inf) -> float:
         """
-        Return the distance from rest at which the bond first has an energy, to the last bit.
+        Return the smallest |strain| at which the bond has a given energy, to the last bit.
 
-        `side` is -1 for compressed bonds and 1 for stretched bonds. Returns `end` if the energy is
-        not reached before it.
+        `side` is -1 for compressed bonds and 1 for stretched bonds. Returns `end` if the bond does
+        not reach the energy before `end`.
         """
         holds = self._holds_at_most(energy, side)
         far = math.sqrt(2.0 * energy / self.stiffness) * np.geomspace(1e-3, 1e9, 4000)
@@ -206,16 +210,16 @@ class Potential(ABC):
 
     def compressed_strain(self, energy: float) -> float:
         """
-        Return the negative strain at which the compressed bond has an energy.
+        Return the negative strain at which the bond has a given energy.
 
-        If no strain has this energy, the result is just above -1, where particles would touch.
+        If no strain has this energy, the result is just above -1, at which particles would touch.
         """
         return float(self.compressed_strains(np.array([energy]))[0])
 
     def compressed_strains(self, energies: Array) -> Array:
-        """Return the compressed strains for many energies, of shape (energies,)."""
+        """Return the negative strains for many energies, of shape (energies,)."""
         floor = max(self.strain_min, -1.0)
-        # One energy needs no arrays if scalars round as arrays do.
+        # A single energy needs no arrays if scalars are rounded like arrays.
         asked: Any
         low: Any
         high: Any
@@ -226,7 +230,8 @@ class Potential(ABC):
         else:
             asked, low, high = energies, np.full(len(energies), -700.0), np.zeros(len(energies))
             expm1, keep = _expm1, _keep_halves
-        # The logarithm of the length is halved, because log bonds get as short as exp(-energy).
+        # Intervals of the logarithm of the length are halved, because log bonds become as short as
+        # exp(-energy).
         with np.errstate(all="ignore"):
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
@@ -235,7 +240,7 @@ class Potential(ABC):
 
     def strain_range(self, energy: float) -> tuple[float, float]:
         """
-        Return the range of strains in which the bond has at most an energy.
+        Return the range of strains in which the bond has at most a given energy.
 
         The range is rounded outward by less than a thousandth. The upper end is inf if the energy
         breaks the bond.
@@ -246,7 +251,7 @@ class Potential(ABC):
         return shortest, min(self._outermost(energy, 1.0, self.strain_max), self.strain_max)
 
     def _outermost(self, energy: float, side: float, end: float) -> float:
-        """Return the approximate distance at which U first exceeds an energy, in a few calls."""
+        """Return the approximate |strain| at which U first exceeds an energy, with few calls."""
         holds = self._holds_at_most(energy, side)
         inner, outer = 0.0, 1e-3 * math.sqrt(2.0 * energy / self.stiffness)
         for _ in range(_GRID):
@@ -265,7 +270,7 @@ class Potential(ABC):
         return outer
 
     def _holds_at_most(self, energy: float, side: float) -> Callable[[Array], NDArray[np.bool_]]:
-        """Return whether U is at most `energy` at each of some distances from rest."""
+        """Return a function that tells for each |strain| whether U is at most `energy`."""
 
         def holds(distances: Array) -> NDArray[np.bool_]:
             with np.errstate(all="ignore"):
@@ -275,13 +280,13 @@ class Potential(ABC):
 
 
 def stiffness_of(bond: Potential | None) -> float:
-    """Return U'' at rest; 1 for an unknown bond."""
+    """Return U'' at s = 0; 1 for an unknown bond."""
     return 1.0 if bond is None else bond.stiffness
 
 
 def _halved(holds: Callable[[float], bool], inside: float, outside: float) -> tuple[float, float]:
-    """Find by halving the two adjacent numbers between which a condition ceases to hold."""
-    # SciPy's root finders need fewer steps, but take longer to import than a run takes.
+    """Find by bisection the two adjacent floats between which a condition becomes false."""
+    # SciPy's root finders need fewer steps, but importing SciPy takes longer than a run.
     while (middle := 0.5 * (inside + outside)) not in (inside, outside):
         inside, outside = (middle, outside) if holds(middle) else (inside, middle)
     return inside, outside
@@ -290,7 +295,7 @@ def _halved(holds: Callable[[float], bool], inside: float, outside: float) -> tu
 def _keep_half(
     held: Any, asked: float, low: float, middle: float, high: float
 ) -> tuple[float, float]:
-    """Return the half of an interval in which the energy `held` at its middle passes `asked`."""
+    """Return the half that contains the energy `asked`; `held` is the energy at the middle."""
     held = float(held)
     return (middle, high) if held > asked or not math.isfinite(held) else (low, middle)
 
@@ -298,11 +303,12 @@ def _keep_half(
 def _keep_halves(
     held: Any, asked: Array, low: Array, middle: Array, high: Array
 ) -> tuple[Array, Array]:
-    """Return the halves of many intervals, as `_keep_half` does for one."""
+    """Return the halves of many intervals, like `_keep_half`."""
     beyond = (held > asked) | ~np.isfinite(held)
     return np.where(beyond, middle, low), np.where(beyond, high, middle)
 
 
 def _expm1(exponents: Array) -> Array:
-    # NumPy's exp rounds differently from the system's, with which stored numbers were computed.
+    # NumPy's exp is rounded differently from the system's exp, with which stored results were
+    # computed.
     return np.array([math.expm1(exponent) for exponent in exponents.tolist()])

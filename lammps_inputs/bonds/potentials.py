@@ -1,7 +1,7 @@
 """
 Define the named bonds.
 
-Bonds made of exponentials are in ``exponential_bonds``. This module has the keys of all bonds in
+Bonds with exponentials are in ``exponential_bonds``. This module has the keys of all bonds in
 scenes.
 
 A bond is a class. Its formula for U is a method. The force -dU/dr and U'' are kernels: plain
@@ -66,10 +66,10 @@ class Harmonic(NamedBond):
 
 def lj_force(strain: Strain, _parameters: NoParameters) -> Strain:
     """
-    Return (r^-13 - r^-7)/6, written with the factor s, which is 0 at rest.
+    Return (r^-13 - r^-7)/6, written as a multiple of s, which is 0 at the natural length.
 
-    With w = 1/r, w - 1 = -s w exactly and w^6 - 1 = (w - 1)(1 + w)(1 + w^2 + w^4), so no digits
-    cancel, and the force is -s w^8 (1 + w)(1 + w^2 + w^4)/6.
+    With w = 1/r, w - 1 = -s w exactly and w^6 - 1 = (w - 1)(1 + w)(1 + w^2 + w^4), so the force is
+    -s w^8 (1 + w)(1 + w^2 + w^4)/6, without cancellation.
     """
     w = 1.0 / (1.0 + strain)
     w2 = w * w
@@ -116,7 +116,7 @@ def log_curvature(strain: Strain, _parameters: NoParameters) -> Strain:
 
 
 def log_force_of_log_length(log_length: float, _parameters: NoParameters) -> tuple[float, float]:
-    """Return 1/r - 1 and 1/r at y = ln r as exp(-y) - 1 and exp(-y), exact at any length."""
+    """Return 1/r - 1 and 1/r as exp(-y) - 1 and exp(-y) with y = ln r, exact at any length."""
     force = np.expm1(-log_length)
     return force, 1.0 + force
 
@@ -150,10 +150,10 @@ _CLASSES: tuple[type[NamedBond], ...] = (
     Hertz,
 )
 NAMED_POTENTIALS: dict[str, type[NamedBond]] = {cls.name: cls for cls in _CLASSES}
-# These bonds have a force in tension. LAMMPS, fixed steps and the live page support no others.
+# Bonds with a force in tension. LAMMPS, fixed steps and the live page support only these.
 CHAIN_POTENTIALS = {k: cls for k, cls in NAMED_POTENTIALS.items() if not cls.only_pushes}
 POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
-# Each of these keys in scenes belongs to bonds of one kind.
+# Keys in scenes that belong to only one kind of bond.
 BOND_KEYS = {key: cls.name for cls in _CLASSES for key in cls.keys}
 BOND_KEYS |= {"bond_file": "table", "energy": "formula", "parameters": "formula"}
 WHOLE_KEYS = tuple(
@@ -162,12 +162,12 @@ WHOLE_KEYS = tuple(
 
 
 def is_harmonic(name: str) -> bool:
-    """Return whether bonds of a name are springs."""
+    """Return whether the name is that of a harmonic bond."""
     return name in NAMED_POTENTIALS and NAMED_POTENTIALS[name].is_harmonic
 
 
 def missing_keys(kind: str, given: Mapping[str, Any]) -> str:
-    """Return the keys that a scene lacks for a bond of a kind; empty if it lacks none."""
+    """Return the keys that a scene lacks for a kind of bond."""
     if kind in NAMED_POTENTIALS:
         needed = NAMED_POTENTIALS[kind].needed_keys()
     else:
@@ -179,7 +179,7 @@ def missing_keys(kind: str, given: Mapping[str, Any]) -> str:
 
 
 def bond_of(kind: str, given: Mapping[str, Any]) -> Potential:
-    """Return the bond of a kind, with parameters from the keys of a scene."""
+    """Return the named kind of bond, with parameters from the keys of a scene."""
     if kind == "table":
         from chaincor.lammps_inputs.bonds.table_bond import read_bond_table
 
@@ -193,7 +193,7 @@ def bond_of(kind: str, given: Mapping[str, Any]) -> Potential:
 
 @cache
 def named_bond(name: str, **given: Any) -> NamedBond:
-    """Return a shared bond, because finding v* takes longer than the rest of a scene."""
+    """Return a shared bond, because computing v* takes longer than making the rest of a scene."""
     cls = NAMED_POTENTIALS[name]
     return cls(**{cls.keys[key]: value for key, value in given.items()})
 
@@ -212,8 +212,8 @@ class BondKeys(BaseModel):
     """
     Keys of a scene for its bonds.
 
-    For each number, the form of the live page gets a label, a default value and limits. Limits are
-    numbers, or functions of the scene in JavaScript.
+    The form of the live page has a label, a default value and limits for each number. Limits are
+    numbers, or JavaScript functions of the scene.
     """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)

@@ -1,4 +1,4 @@
-"""Power bond: a spring with one anharmonic term of any whole order."""
+"""Power bond: a spring with one anharmonic term of any integer order."""
 
 import math
 from collections.abc import Callable
@@ -23,9 +23,9 @@ class PowerParameters(NamedTuple):
 @cache
 def power_kernels(order: int) -> tuple[Callable, Callable]:
     """
-    Return the kernels of force and curvature for one order.
+    Return the kernels of force and curvature for an order.
 
-    The compiler then knows the order, and turns the power into a few multiplications.
+    The order is then known to the compiler, which replaces the power by a few multiplications.
     """
     exponent, factor = order - 2, order * (order - 1)
 
@@ -57,7 +57,7 @@ class Power(NamedBond):
     lammps_formula = "{s}*{s}*(0.5+({bond.c!r})*{s}^({bond.order}-2))"
 
     def __post_init__(self) -> None:
-        """Refuse orders below 3, and a sign of c that softens compressed bonds."""
+        """Refuse orders below 3, and a sign of c with which compressed bonds soften."""
         if self.order < 3:
             raise PotentialError(f"power_order is {self.order}. Give an integer of 3 or more")
         sign, word = (1, "positive") if self.order % 2 == 0 else (-1, "negative")

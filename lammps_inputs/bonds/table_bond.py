@@ -1,4 +1,4 @@
-"""Read a user's bond table as a potential: a cubic spline of its forces."""
+"""Read a user's bond table as a potential, by a cubic spline of its forces."""
 
 import hashlib
 from collections.abc import Callable
@@ -31,10 +31,10 @@ class SplineParameters(NamedTuple):
     """Cubic spline for compiled loops."""
 
     knots: Array  #: Strains of the knots, of shape (rows,).
-    #: Coefficients of the cubics in the distance from the knot before, from the cube to the
+    #: Coefficients of the cubics in the distance from the previous knot, from the cube to the
     #: constant; of shape (4, rows - 1).
     terms: Array
-    #: Smallest and largest strain with a force, up to which the outer cubics continue.
+    #: Smallest and largest strain with a force. The outer cubics continue up to these strains.
     low: float
     high: float  #: See ``low``.
 
@@ -58,9 +58,9 @@ def spline_force(strain: float, parameters: SplineParameters) -> float:
 
 class SplineBond(UserBond):
     """
-    Bond whose force is a cubic spline of the strain, with the energy that is its integral.
+    Bond whose force is a cubic spline of the strain; the energy is its integral.
 
-    The force is 0 at strain 0. The spline may continue beyond its rows by `reach`.
+    The force is 0 at strain 0. The spline may be continued beyond its rows by `reach`.
     """
 
     force_kernel = staticmethod(spline_force)
@@ -76,7 +76,7 @@ class SplineBond(UserBond):
 
 
 class TableBond(SplineBond):
-    """Bond from a table; worker processes get the text of the table."""
+    """Bond from a table; it is sent to worker processes as the text of the table."""
 
     def __init__(self, text: str, path: str, force: "CubicSpline", rows: BondRows) -> None:
         self.text, self.path, self.rows = text, path, rows
@@ -92,13 +92,13 @@ class TableBond(SplineBond):
 
 def read_bond_table(path: Path) -> Potential:
     """
-    Read a LAMMPS bond table as a potential: a cubic spline of its forces, and their integral.
+    Read a LAMMPS bond table as a potential: a cubic spline of the forces, and its integral.
 
-    Lengths must be scaled so that the natural length is 1. The force of a table with few digits or
-    rows vanishes near that length. If the distance is within the last digits, or within the error
-    of the spline between rows, the zero of the force is taken for the natural length. Energies, N
-    and FP of the header are not used, but must agree with the forces. Energies that are all equal,
-    and FP 0 0, are ignored.
+    Lengths must be scaled so that the natural length is 1. In a table with few digits or rows, the
+    force vanishes only near length 1. If the last digits, or the error of the spline between rows,
+    explain the difference, the zero of the force becomes the natural length. Energies, and N and FP
+    in the header, are not used but must agree with the forces. Energies that are all equal, and FP
+    0 0, are ignored.
 
     Raises TableError if the file cannot be read, holds no usable table, contradicts itself, or its
     force vanishes elsewhere than at length 1.
@@ -113,7 +113,7 @@ def read_bond_table(path: Path) -> Potential:
     return _bond_of(text, str(path))
 
 
-# The cache compares contents: a scene is made many times, and each new bond would need compiled
+# The cache compares contents. A scene is made many times, and each new bond would need new compiled
 # loops.
 @lru_cache(maxsize=16)
 def _bond_of(text: str, path: str) -> Potential:
@@ -169,7 +169,7 @@ def _bond_of(text: str, path: str) -> Potential:
 
 
 def _only_section(text: str, path: str) -> Section:
-    """Return the only section of a bond's file; raise TableError for several or no header."""
+    """Return the only section of a bond's file; raise TableError for another number of sections."""
     sections = sections_of(text, path)
     if not any(len(each.data) for each in sections):
         return Section("", {}, *np.zeros((2, 0, 3)))
@@ -188,10 +188,10 @@ def _only_section(text: str, path: str) -> Section:
 
 
 def _natural_strain(force: "CubicSpline", rows: BondRows, path: str) -> float:
-    """Return the strain nearest to 0 with zero force, within the error of digits and rows."""
+    """Return the strain of zero force, which must be 0 within the error of digits and rows."""
     pushes = float(force(0.0))
     stiffness = -float(force(0.0, 1))
-    # The error bar of a collision includes the effect of this shift.
+    # Largest force at length 1. The error bar of a collision includes the effect of the shift.
     allowed = 2.0 * rows.largest_error(0.0, 0.0)
     if abs(pushes) <= 1e-9 * abs(stiffness):
         return 0.0
@@ -209,7 +209,7 @@ def _natural_strain(force: "CubicSpline", rows: BondRows, path: str) -> float:
 
 
 def _smooth(strains: Array, forces: Array) -> "CubicSpline | None":
-    """Return a spline without extrapolation; None if its numbers overflow."""
+    """Return a spline without extrapolation; None if numbers overflow."""
     from scipy.interpolate import CubicSpline
 
     with np.errstate(all="ignore"):

@@ -5,12 +5,12 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.table_text import SETTINGS, Section
 
-# Numbers written with all digits have this relative rounding error.
+# Relative rounding error of numbers that are written with all digits.
 _EPSILON = 1e-14
 
 
 def faults_of_lines(section: Section) -> list[str]:
-    """Return the faults of a header with repeated words, and of lines that LAMMPS cannot use."""
+    """Return mistakes: repeated words in the header, and lines that LAMMPS cannot use."""
     faults = []
     if section.repeated:
         faults.append(
@@ -35,13 +35,13 @@ def faults_of_lines(section: Section) -> list[str]:
 @np.errstate(over="ignore", invalid="ignore")
 def fault_of_energies(data: Array, digits: Array, path: str, allowed: float = 0.0) -> str:
     """
-    Compare the mean force between two rows, from their energies, with the forces nearby.
+    Compare the mean forces between rows, from the energies, with the tabulated forces.
 
-    Return the fault; an empty text if the energies agree with the forces or are all equal.
+    Return the mistake, or an empty text if the energies agree with the forces or are all equal.
 
-    The mean force must lie between the smallest and the largest force of the two rows and their
-    neighbours. If rows are too far apart to resolve the stiffness, the mean may miss this range by
-    the width of the range. The mean may also miss the range by `allowed`.
+    The mean force between two rows must lie in the range of the forces of these rows and their
+    neighbours. The mean may be outside this range by its width, because rows may be too far apart
+    to resolve the stiffness. The mean may also be outside by `allowed`.
     """
     lengths, energies, forces = data.T
     if np.ptp(energies) == 0.0:
@@ -69,13 +69,13 @@ def fault_of_energies(data: Array, digits: Array, path: str, allowed: float = 0.
 
 def fault_of_slopes(section: Section, path: str) -> str:
     """
-    Compare FP with the slopes of the first and the last four rows, and return the fault.
+    Compare FP with the slopes of the first and the last four rows; return the mistake.
 
-    Slopes that differ by half between these rows do not determine the slope at the end, and are not
-    compared.
+    If slopes between these rows differ by half, they do not determine the slope at the end and are
+    not compared.
     """
     given = section.header.get("FP", section.header.get("FPRIME", [0.0, 0.0]))
-    # Tables use these values for unknown slopes, as LAMMPS's manual does.
+    # Tables have these values for unknown slopes, as in the LAMMPS manual.
     if given == [0.0, 0.0]:
         return ""
     for slope, end, name in (

@@ -1,10 +1,10 @@
 """
-Estimate the uncertainty of a bond table from other bonds that fit its rows.
+Estimate the uncertainty of a bond table, and make other forces that fit its rows.
 
-A table gives some values of a function, with a number of digits. The error between its rows is
-estimated by leaving out every second row. The error of a cubic spline grows sixteen times if the
-function is smooth and its rows are close. If the rows are distant or noisy, the error changes
-little.
+A table gives values of a function at some lengths, with a limited number of digits. The error
+between rows is estimated by omitting every second row. If the function is smooth and rows are
+close, this increases the error of a cubic spline by a factor of sixteen. If the rows are far apart
+or noisy, the error changes little.
 """
 
 import math
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 
-# A cubic needs this many rows.
+# A cubic requires this many rows.
 LEAST_ROWS = 4
-# Fewer rows cannot show whether the error of a spline falls with its order.
+# With fewer rows, it cannot be seen whether the error of a spline decreases with its order.
 _FEW = 16
-# The error at omitted rows counts with at least this weight. In theory the weight is 1/16.
+# Smallest weight of the error at omitted rows. In theory the weight is 1/16.
 _LEAST_SHARE = 1.0 / 8.0
-# Errors at omitted rows are averaged over this many rows on either side.
+# Errors at omitted rows are averaged over this many rows on each side.
 _BESIDE = 3
-# The noise follows from differences of these orders.
+# Orders of the differences from which the noise is estimated.
 _ORDERS = range(3, 10)
-# A row is an outlier if its distance from a spline through the other rows is this many times the
-# errors of these rows.
+# A row is an outlier if its difference from a spline through the other rows is this many times
+# larger than the errors of the other rows.
 _OUTLIER = 20.0
-# This many of the most suspicious rows are checked.
+# Number of rows that are checked, beginning with the most suspicious.
 _CANDIDATES = 4
-# An altered table has this many rows for each row of the user's table.
+# Number of rows in an altered table for each row of the user's table.
 _FINER = 4
 _SHAKES = 6
 
@@ -47,18 +47,18 @@ class BondRows:
     #: Strains of the rows, of shape (rows,).
     strains: Array
     forces: Array  #: See ``strains``.
-    #: Uncertainty of the force due to one unit in the last digit of force and length, of shape
+    #: Uncertainty of the force due to one unit in the last digits of force and length, of shape
     #: (rows,).
     digits: Array
 
     @classmethod
     def of(cls, spline: "CubicSpline", forces: Array, digits: Array) -> "BondRows":
-        """Return the rows of a spline; `digits` are the least digits of a ``Section``."""
+        """Return the rows of a spline; `digits` are the `least_digits` of a ``Section``."""
         steep = np.abs(spline(spline.x, 1))
         return cls(spline.x, forces, digits[:, 2] + steep * digits[:, 0])
 
     def left_out(self, stride: int) -> Array:
-        """Return the error of a spline at each row that is left out with every `stride`-th row."""
+        """Return the error at each row of a spline from which every `stride`-th row is omitted."""
         rows = np.arange(len(self.strains))
         missed = np.zeros(len(rows))
         for start in range(stride):
@@ -72,10 +72,10 @@ class BondRows:
 
     def open_between(self) -> tuple[Array, Array]:
         """
-        Return the error at omitted rows, with every second row omitted, and its weight.
+        Return the error at omitted rows, if every second row is omitted, and its weight.
 
-        Both have the shape (rows,) and are averaged over neighbours. The weight is 1 where rows are
-        noisy or too far apart, and 1/8 where they resolve the force.
+        Both have the shape (rows,) and are averaged over neighbours. The weight is 1 if rows are
+        noisy or too far apart, and 1/8 if they resolve the force.
         """
         near, far = _beside(self.left_out(2)), _beside(self.left_out(4))
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -88,9 +88,10 @@ class BondRows:
         """
         Return the standard deviation of the noise, of shape (rows,).
 
-        Differences of order p fall with p for smooth forces. For noise they grow as the root of the
-        binomial coefficient of 2p over p. The result is the smallest value from several orders
-        (Hamming; More and Wild, SIAM J. Sci. Comput. 33, 1292, 2011).
+        For smooth forces, differences of order p decrease with p. For noise, they increase as the
+        square root of the binomial coefficient (2p choose p), by which they are divided. The result
+        is the smallest of these quotients for several orders (Hamming; More and Wild, SIAM J. Sci.
+        Comput. 33, 1292, 2011).
         """
         count = len(self.forces)
         least = np.full(count, np.inf)
@@ -98,7 +99,7 @@ class BondRows:
             if order >= count:
                 break
             scaled = np.diff(self.forces, order) / math.comb(2 * order, order) ** 0.5
-            # Row i enters the differences i - order to i.
+            # Row i contributes to the differences i - order to i.
             window = np.ones(order + 1) / (order + 1)
             inside = np.pad(scaled**2, order, mode="symmetric" if len(scaled) > order else "edge")
             least = np.minimum(least, np.sqrt(np.convolve(inside, window, mode="valid"))[:count])
@@ -110,7 +111,7 @@ class BondRows:
         return missed * share + 3.0 * self.noise() + self.digits
 
     def largest_error(self, low: float, high: float) -> float:
-        """Return the approximate largest error of the force between two strains."""
+        """Return the largest approximate error of the force between two strains."""
         first, last = np.searchsorted(self.strains, (low, high))
         around = slice(max(first - 2, 0), last + 2)
         return float(np.max(self.errors()[around]))
@@ -119,9 +120,9 @@ class BondRows:
         """
         Return other forces that fit the rows equally well, as splines.
 
-        The first two move the spline away from the splines of every second row, by the error of
-        `open_between` times its weight. The others change all rows at random within their digits
-        and noise.
+        The first two splines are moved away from splines through every second row, by the error of
+        `open_between` times its weight. In all other splines, each row is changed at random within
+        its digits and noise.
         """
         whole = spline_through(self.strains, self.forces)
         _, share = self.open_between()
@@ -147,13 +148,12 @@ class BondRows:
         return found
 
     def outlier(self, path: str) -> str:
-        """Return the fault of a table with one row that does not fit the others."""
+        """Return the mistake if one row does not fit the other rows, or an empty text."""
         count = len(self.strains)
         if count < _FEW:
             return ""
         missed = self.left_out(2)
-        # The errors two rows away do not involve this row. They show the error of a smooth
-        # function.
+        # The errors two rows away do not depend on this row. They are those of a smooth function.
         padded = np.pad(missed, 2, mode="reflect")
         smooth = np.maximum(padded[:-4], padded[4:]) + self.digits
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -184,12 +184,12 @@ def _cached_spline(strains: bytes, forces: bytes) -> "CubicSpline":
 
 
 def spline_through(strains: Array, forces: Array) -> "CubicSpline":
-    """Return the cubic spline of a table, which continues beyond its ends."""
+    """Return the cubic spline of a table, which can be evaluated beyond its ends."""
     return _cached_spline(np.ascontiguousarray(strains).tobytes(), forces.tobytes())
 
 
 def _beside(values: Array) -> Array:
-    """Return the root mean square over each row and its neighbours."""
+    """Return for each row the root mean square of the row and its neighbours."""
     padded = np.pad(values**2, _BESIDE, mode="reflect")
     window = np.ones(2 * _BESIDE + 1) / (2 * _BESIDE + 1)
     return np.sqrt(np.convolve(padded, window, mode="valid"))

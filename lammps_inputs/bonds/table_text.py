@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.given_numbers import last_digit
 
-# A header line may have these words, each followed by this many values.
+# Words of a header line, each with the number of values that follow.
 BOND_SETTINGS = {"N": 1, "FP": 2, "EQ": 1}
 SETTINGS = BOND_SETTINGS | {
     "FPRIME": 2,
@@ -26,30 +26,30 @@ SETTINGS = BOND_SETTINGS | {
     "CHECKF": 1,
 }
 _TEXT = ("CHECKU", "CHECKF")
-# A header may have one word of each group.
+# Groups of words of which a header may have only one.
 _EXCLUSIVE = (("R", "RSQ", "BITMAP"), ("DEGREES", "RADIANS"))
 
 
 @dataclass(frozen=True)
 class Section:
-    """One section of a table file."""
+    """Section of a table file."""
 
-    keyword: str  #: Name of the section; empty without a name.
+    keyword: str  #: Name of the section; empty if it has no name.
     #: Values of the line ``N rows FP slope slope EQ length``, by name.
     header: dict[str, list[float]]
-    #: Length or angle, energy and force (NaN if the file has none), and one unit of the last digit
-    #: of each; of shape (rows, 3).
+    #: Length or angle, energy and force, of shape (rows, 3); NaN if the file has no forces.
+    #: `digits` has one unit of the last digit of each.
     data: Array
     digits: Array  #: See ``data``.
-    #: Whether a line without numbers is between header and rows.
+    #: Whether there is a line without numbers between header and rows.
     is_parted: bool = True
-    #: Lines before or between the rows that are no rows.
+    #: Lines before or between the rows that are not rows.
     odd_lines: tuple[str, ...] = field(default=())
     #: Line after the header that LAMMPS skips in place of the empty line.
     skipped: str = ""
-    #: Words that the header has twice, or that exclude each other, as text.
+    #: Words that occur twice in the header, or that exclude each other, as text.
     repeated: tuple[str, ...] = field(default=())
-    #: Last line before the keyword that belongs to no section.
+    #: Last line before the keyword, if it belongs to no section.
     unread: str = ""
 
     @cached_property
@@ -57,7 +57,7 @@ class Section:
         """
         One unit of the last digit of each number, for formats that omit trailing zeros.
 
-        The decimals, or digits, of a column are those of its longest number.
+        The number of decimals, or of digits, in a column is that of its longest number.
         """
         digits = self.digits
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -86,7 +86,8 @@ class _Draft:
     is_parted: bool = False
     odd: list[str] = field(default_factory=list)
     skipped: str = ""
-    #: Lines that are odd if rows follow; otherwise the next keyword or the end of the file follows.
+    #: Lines after the rows. They are odd if rows follow, and not if the next section or the end of
+    #: the file follows.
     pending: list[str] = field(default_factory=list)
 
     def add_row(self, row: list[str]) -> None:
@@ -95,7 +96,7 @@ class _Draft:
         self.pending.clear()
 
     def add_words(self, line: str) -> None:
-        """Note a line that is neither a row nor the header of a section."""
+        """Record a line that is neither a row nor the header of a section."""
         if _is_number(line.split()[0]):
             self.odd.append(line)
         elif self.rows or self.is_parted or not self.header:
@@ -106,9 +107,9 @@ class _Draft:
 
 def sections_of(text: str, path: str, settings: dict[str, int] = BOND_SETTINGS) -> list[Section]:
     """
-    Return the sections of a table file; a file of rows alone is one section without a header.
+    Return the sections of a table file; a file with only rows is one section without a header.
 
-    `settings` are the words that a header may hold, with the number of values behind each. Raises
+    `settings` are the words that a header may contain, with the number of values after each. Raises
     TableError if a header or a row cannot be read.
     """
     found: list[_Draft] = []
@@ -117,13 +118,13 @@ def sections_of(text: str, path: str, settings: dict[str, int] = BOND_SETTINGS) 
     for line in text.splitlines():
         words = line.split("#")[0].split()
         if not words:
-            # LAMMPS skips this one line, whatever it holds.
+            # LAMMPS skips this line, whatever it contains.
             if found and not found[-1].rows:
                 found[-1].is_parted = True
             continue
         columns = 3 if found and "NOF" in found[-1].header else 4
         is_header = len(words) > 1 and words[0] in SETTINGS and "N" in words
-        # A second header has no keyword before it.
+        # A header line right after another header line does not begin a section.
         if is_header and not is_after_header:
             unread = strays[-2] if len(strays) > 1 else ""
             found.append(_Draft(last, *_header(words, line, path, settings), unread))
@@ -153,7 +154,7 @@ def _is_number(word: str) -> bool:
 def _header(
     words: list[str], line: str, path: str, settings: dict[str, int]
 ) -> tuple[dict[str, list[float]], tuple[str, ...]]:
-    """Return the values of a header by word, and which of its words LAMMPS ignores."""
+    """Return the values in a header by word, and the words that LAMMPS ignores."""
     found: dict[str, list[float]] = {}
     repeated: list[str] = []
     said = f"table {path!r} has the line {line.strip()[:60]!r}"
@@ -183,7 +184,7 @@ def _header(
 
 
 def _rivals(name: str) -> tuple[str, ...]:
-    """Return the words of a header that LAMMPS ignores if this word follows them."""
+    """Return the earlier words of a header that LAMMPS ignores because of this word."""
     name = name.upper()
     return next((group for group in _EXCLUSIVE if name in group), (name,))
 

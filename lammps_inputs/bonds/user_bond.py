@@ -1,4 +1,4 @@
-"""Define a user's bond, given by Python functions of the strain."""
+"""Define bonds of users, given by Python functions of the strain."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -14,9 +14,9 @@ from chaincor.lammps_inputs.bonds.check import find_kinks, refuse_mismatch, scan
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import PotentialError, one_line
 
-# Sound in a chain long after its impact has about this fraction of the energy of two colliding
-# particles. A force is not linear near rest if its secant at this energy differs from U'' by the
-# second factor.
+# Long after the impact, sound in a chain has about the first number times the energy of two
+# colliding particles. A force is not linear near s = 0 if its secant at this energy differs from
+# U'' by more than the second factor.
 _SOUND_SHARE, _FAR = 1e-4, 10.0
 
 
@@ -34,7 +34,7 @@ class UserBond(Potential):
         U(s) and -dU/dr(s) for arrays of strains; a function of one number is called for each
         strain.
     name : str
-        A label for results.
+        Name in results.
     strain_min, strain_max : float
         Smallest and largest strain at which the functions may be called.
     kinks : sequence of float
@@ -56,7 +56,7 @@ class UserBond(Potential):
     """
 
     anharmonic_order: int | None = None
-    _both_given: ClassVar[bool] = True  # a check that energy and force agree
+    _both_given: ClassVar[bool] = True  # whether it is checked that energy and force agree
     _STEP = 1e-5  # central difference of the force: error of order step^2 = 1e-10
 
     def __init__(
@@ -86,7 +86,7 @@ class UserBond(Potential):
         self.users_force = force
         self.energy_offset = float(self._energy(np.zeros(1))[0])
         at_rest = float(self.force(0.0))
-        # At a kink the stiffness of the compressed side counts.
+        # At a kink, the stiffness on the compressed side is used.
         self.stiffness = float(self.curvature(0.0))
         if not abs(at_rest) <= 1e-9 * abs(self.stiffness):
             raise PotentialError(
@@ -108,7 +108,7 @@ class UserBond(Potential):
             refuse_mismatch(self, self.kinks)
 
     def _slope_change(self) -> float:
-        """Return the change of the energy's slope across the natural length, times the distance."""
+        """Return the change of the energy's slope across the natural length, times a step."""
         step = min(1e-3, 0.5 * self.strain_max, -0.5 * self.strain_min)
         below, above = self.energy(np.array([-step, step]))
         return float(below + above)
@@ -129,7 +129,7 @@ class UserBond(Potential):
         return self._force(np.asarray(strain, dtype=float))
 
     def curvature(self, strain: ArrayLike) -> Array:
-        """Return -dF/ds from differences that span no kink; at a kink, on the compressed side."""
+        """Return -dF/ds from differences across no kink; at a kink, from the compressed side."""
         s = np.asarray(strain, dtype=float)
         below = np.maximum(s - self._STEP, self.strain_min)
         above = np.minimum(s + self._STEP, self.strain_max)
@@ -142,8 +142,9 @@ class UserBond(Potential):
         """
         Return the stiffness of a bond compressed to a small fraction of an energy.
 
-        The result is U'' at rest, or the secant of the force if the two differ much. In that case
-        U'' is a difference over a step in which the force is not linear, as with U ~ s^4 or s^1.5.
+        The result is U'' at s = 0, or the secant of the force if the two differ much. U'' is
+        computed as a difference. If the force is not linear within this difference, for example for
+        U ~ s^4 or s^1.5, the secant is right.
         """
         if self.smooth:
             return self.stiffness
@@ -166,7 +167,7 @@ class UserBond(Potential):
 
     @cached_property
     def convex_strain(self) -> float:  # type: ignore[override]
-        """Largest strain up to which all scanned strains have a positive stiffness."""
+        """Largest strain up to which the stiffness is positive at all scanned strains."""
         if self.dissociation == 0.0:
             return 0.0
         edges = scan_strains(self)
@@ -177,7 +178,7 @@ class UserBond(Potential):
         if np.any(softer & (edges[1:] < 0.0)):
             return 0.0
         first = np.flatnonzero(softer)
-        # The inflection may lie in the interval before the first interval with negative stiffness.
+        # The inflection may be in the interval before the first interval with negative stiffness.
         return float(edges[first[0] - 1]) if len(first) else self.strain_max
 
 
@@ -185,8 +186,8 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
     """Return a function of arrays, even if the user's function takes one number at a time."""
     three = np.array([-1e-3, 0.0, 1e-3])
     try:
-        # Two lengths of arrays are tried, because a function that always returns an equal number of
-        # values is no function of the strain.
+        # Arrays of two lengths are tried, because a function that returns equally many values for
+        # both is not a function of the strain.
         returned = [(part, np.asarray(function(part))) for part in (three, three[1:])]
         takes_arrays = all(
             found.shape == part.shape and np.can_cast(found.dtype, float, "same_kind")
@@ -207,13 +208,13 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
     return _OfArrays(function, takes_arrays)
 
 
-# This is an object because a nested function cannot be sent to worker processes.
+# This is a class, because a nested function cannot be sent to worker processes.
 @dataclass(frozen=True)
 class _OfArrays:
-    """Function of arrays; nan if a user's function of one number has no value."""
+    """Function of arrays; the result is nan if a user's function of one number has no value."""
 
     function: Callable
-    takes_arrays: bool  #: Whether the user's function takes arrays.
+    takes_arrays: bool  #: Whether the user's function accepts arrays.
 
     def __call__(self, strains: Array) -> Array:
         if self.takes_arrays:
