@@ -1,1 +1,1 @@
-"""Recompute the paper: plan, measurements, findings, verdicts, figures and the report."""
+"""Recompute the paper's results, judge its claims, and write a report with figures."""

@@ -1,15 +1,15 @@
 """
-Judge claims of the paper, by the rule for margins in ``docs/reproduction.md``.
+Judge claims of the paper according to the rule for margins in ``docs/reproduction.md``.
 
 The margin depends on the form of a claim: an exact statement, a trend, a printed number, or words
-such as "almost", "near", "approaches" and "agrees". A finding within 10 % satisfies words, and a
-finding within a quarter gives "reproduced with a correction". For a trend, the finding is 1 if the
-trend is there and 0 if it is not.
+such as "almost", "near", "approaches" and "agrees". A claim in words is reproduced if our number
+differs by at most 10 %, and reproduced with a correction if it differs by at most a quarter. For a
+trend, our number is 1 if the trend exists and 0 if it does not.
 
 Some claims depend on a choice that the paper does not state, such as a range of speeds. A claim is
-undecided only if this choice can explain its difference from our number. If the number varies with
-the choice by more than the wider margin of words on both sides, the quantity is not constant, and a
-claim that it is constant is not reproduced.
+undecided only if this choice can explain the difference between the paper's number and ours. If our
+number varies with the choice by more than twice the wider margin of words, the quantity is not
+constant. The claim that it is constant is then not reproduced.
 """
 
 import math
@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber
 
-# The engines may disagree on at most this fraction of the points of a finding.
+# The engines may disagree on at most this fraction of the points behind a finding.
 _DISAGREEMENTS_ALLOWED = 0.05
-# These are the relative margins of words, for "reproduced" and for "reproduced with a correction".
+# Relative margins of claims in words, for "reproduced" and for "reproduced with a correction".
 ABOUT = 0.1
 ROUGHLY = 0.25
 
@@ -39,31 +39,39 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Margin:
-    """Number of a claim, and how far a finding may be from it."""
+    """Number in a claim, and how much our number may differ from it."""
 
     paper: float  #: Number in the paper; 1 for a trend.
-    whole: float  #: Quantity that relative margins refer to: the paper's number, or a scale.
+    whole: float  #: Size to which relative margins refer: the paper's number, or a scale.
     reason: str  #: Reason for the margins.
-    #: Largest distance for "reproduced", to which the error of the finding is added.
+    #: Largest difference for "reproduced". The error of our number is added.
     reproduced_within: float = 0.0
-    corrected_within: float = 0.0  #: The same distance for "reproduced with a correction".
-    is_trend: bool = False  #: Whether the claim is a trend without a number.
+    corrected_within: float = 0.0  #: Largest difference for "reproduced with a correction".
+    is_trend: bool = False  #: Whether the claim states a trend and no number.
 
 
 def exact(paper: float, scale: float = 0.0) -> Margin:
-    """Return the margin of an exact statement; findings need errors below 10 % of the scale."""
+    """
+    Return the margin of an exact statement.
+
+    The error of our number must be below 10 % of the scale.
+    """
     return Margin(paper, scale or abs(paper), "said to be exact: within our own error")
 
 
 def words(paper: float, scale: float = 0.0, scale_name: str = "") -> Margin:
-    """Return the margin of a claim in words, relative to the scale or otherwise to the number."""
+    """
+    Return the margin of a claim in words.
+
+    The margin is relative to `scale` if given, and otherwise to the paper's number.
+    """
     whole, of = scale or abs(paper), scale_name or f"{abs(paper):.4g}"
     reason = f"said in words: {_percent(ABOUT)} and {_percent(ROUGHLY)} of {of}"
     return Margin(paper, whole, reason, ABOUT * whole, ROUGHLY * whole)
 
 
 def digits(printed: str) -> Margin:
-    """Return the margin of a printed number from its digits."""
+    """Return the margin of a printed number, which follows from its number of digits."""
     paper, unit = float(printed), 10.0 ** -len(printed.partition(".")[2])
     reason = f"half a unit of the last digit; {_percent(ABOUT)} of {paper:.4g}"
     return Margin(paper, paper, reason, 0.5 * unit, ABOUT * paper)
@@ -78,19 +86,19 @@ def _percent(share: float) -> str:
 
 @dataclass(frozen=True)
 class ClaimFinding:
-    """Number that decides on a claim of the paper."""
+    """Our number, which decides on a claim of the paper."""
 
-    value: float  #: Measured number; nan if the points do not give one.
-    #: Error of the number: from error bars, the scatter of a fit, or the spacing of points.
+    value: float  #: Our number; nan if the points do not determine it.
+    #: Error of our number, from error bars, the scatter about a fit, or the spacing of points.
     error: float
-    text: str  #: Derivation of the number: range, points and dependences.
-    #: Points that give the number. If LAMMPS and the reference engine disagree on more than one in
-    #: twenty of them, the verdict is "not reproduced".
+    text: str  #: Description of how the number was found: range, points and dependences.
+    #: Points that determine the number. If LAMMPS and the reference engine disagree on more than
+    #: one in twenty of these points, the verdict is "not reproduced".
     points: Sequence[MeasuredPoint] = field(default=(), repr=False)
-    #: Smallest and largest value over other ranges, or of the values in a mean. The spread does not
-    #: widen a margin.
+    #: Smallest and largest number from other ranges, or among the values in a mean. The spread does
+    #: not widen a margin.
     spread: tuple[float, float] | None = None
-    brief: str = ""  #: Text for the summary, if the number alone says too little.
+    brief: str = ""  #: Text for the summary, if the number alone is not clear.
 
 
 class Judgement(NamedTuple):
@@ -104,20 +112,22 @@ class Judgement(NamedTuple):
 class Claim:
     """Claim of the paper, with its margin and the function that finds our number."""
 
-    key: str  #: Short unique name.
-    where: str  #: Place in the paper.
-    text: str  #: Statement of the paper.
-    margin: Margin  #: Number in the paper and margins.
+    key: str  #: Short unique name of the claim.
+    where: str  #: Place of the claim in the paper.
+    text: str  #: Statement in the paper.
+    margin: Margin  #: Number in the paper, and its margins.
     brief: str  #: Claim in a few words, for the summary.
-    #: Function that finds our number. It raises NoNumber if the points do not give one.
+    #: Function that finds our number. It raises NoNumber if the points do not determine one.
     find: Callable[[Measurements], ClaimFinding]
-    #: Correction for a claim that is not reproduced as it stands; ``{value}`` is our number.
+    #: Correct statement, if the claim needs a correction; ``{value}`` is our number.
     correction: str = ""
-    unsaid: str = ""  #: Dependence of the number that the paper does not state; empty if it does.
+    #: Choice on which the number depends but which the paper does not state; empty if there is
+    #: none.
+    unsaid: str = ""
     figure: str = ""  #: Key of the figure that shows the points; empty if there is none.
 
     def found(self, measured: Measurements) -> ClaimFinding:
-        """Return the finding on the claim; its value is nan if the points give no number."""
+        """Return the finding on the claim; its value is nan if the points determine no number."""
         try:
             return self.find(measured)
         except NoNumber as reason:
@@ -127,7 +137,7 @@ class Claim:
         """
         Judge a finding.
 
-        The verdict is also "not reproduced" if there is no number, if its error is too large, or
+        The verdict is also "not reproduced" if our number is missing, if its error is too large, or
         if LAMMPS and the reference engine disagree on more than one in twenty of its points.
         """
         margin = self.margin
@@ -164,7 +174,7 @@ class Claim:
         return Judgement(Verdict.NOT_REPRODUCED, reason)
 
     def _unusable(self, finding: ClaimFinding) -> str:
-        """Return the reason why a finding cannot be judged, or an empty text."""
+        """Return why a finding cannot be judged; empty if it can."""
         margin, points = self.margin, finding.points
         if not math.isfinite(finding.value):
             return f"no number: {finding.text}"
@@ -176,7 +186,7 @@ class Claim:
         return ""
 
     def errors_away(self, finding: ClaimFinding) -> float:
-        """Return the distance from the paper's number over our error bar, or nan."""
+        """Return the difference from the paper's number, divided by our error bar; otherwise nan."""
         if self.margin.is_trend or not finding.error > 0.0:
             return math.nan
         return abs(finding.value - self.margin.paper) / finding.error
@@ -186,9 +196,9 @@ def claim(
     where: str, margin: Margin, brief: str, *, text: str = "", key: str = "", **more: Any
 ) -> Callable[[Callable[[Measurements], ClaimFinding]], Claim]:
     """
-    Return a decorator that turns the function that finds a number into a claim.
+    Return a decorator that makes a claim from a function that finds our number.
 
-    By default, the claim's text is its brief text, and its key is the function's name.
+    By default, the text of the claim is its brief text, and its key is the name of the function.
     """
 
     def made(find: Callable[[Measurements], ClaimFinding]) -> Claim:
@@ -199,5 +209,5 @@ def claim(
 
 
 def claims_of(module: ModuleType) -> tuple[Claim, ...]:
-    """Return the claims that a module defines, in the module's order."""
+    """Return the claims that a module defines, in the order of definition."""
     return tuple(value for value in vars(module).values() if isinstance(value, Claim))

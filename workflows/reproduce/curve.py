@@ -1,4 +1,4 @@
-"""Fit curves of points with error bars: power laws, the limit at 0 and the minimum."""
+"""Fit points with error bars: power laws, limits at 0 and minima."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -16,11 +16,11 @@ class PowerLaw:
     r"""Fit of :math:`y = A x^p`."""
 
     exponent: float  #: Exponent p.
-    #: Error of p: the errors from the scatter and from the error bars, added in quadrature. It is
-    #: nan with fewer than three points, and 0 if p is fixed.
+    #: Error of p: the quadratic sum of the errors from the scatter and from the error bars. The
+    #: error is nan if there are fewer than three points, and 0 if p is fixed.
     exponent_error: float
     prefactor: float  #: Prefactor A.
-    prefactor_error: float  #: Error of A, defined as the error of p.
+    prefactor_error: float  #: Error of A, with contributions like those to the error of p.
     first: float  #: Smallest x.
     last: float  #: Largest x.
     points: int  #: Number of points.
@@ -32,16 +32,16 @@ class PowerLaw:
 
 @dataclass(frozen=True)
 class Curve:
-    """Quantity y of points against x, in the order of x."""
+    """Points with a quantity y against x, in the order of x."""
 
     points: Sequence[MeasuredPoint]
     x: Array  #: Abscissae, such as v0/v* or n.
-    y: Array  #: Values of the quantity.
+    y: Array  #: Values of the quantity y.
     errors: Array  #: Error bars of y.
 
     @classmethod
     def of(cls, points: Sequence[MeasuredPoint], x: str, y: str) -> Self:
-        """Return the curve of one attribute of points against another, with the bars of eta."""
+        """Return the curve of one attribute against another; the error bars are those of eta."""
         return cls(points, *(column(points, name) for name in (x, y, "error")))
 
     @property
@@ -58,7 +58,7 @@ class Curve:
     def over(
         self, ranges: Sequence[tuple[float, float]], fit: "Callable[[Curve], PowerLaw]"
     ) -> list[PowerLaw]:
-        """Fit the curve within each range that has enough points to give the fit an error."""
+        """Fit the curve within each range that has enough points for an error of the fit."""
         laws = (fit(self.between(*ends)) for ends in ranges)
         return [law for law in laws if np.isfinite(law.prefactor_error)]
 
@@ -67,12 +67,12 @@ class Curve:
         Fit :math:`\ln y = \ln A + p \ln x` by least squares with equal weights.
 
         The points scatter about a power law by far more than their error bars. The error of a fit
-        is the quadratic sum of the standard error from this scatter and of the largest change that
-        the error bars of y allow. Error bars are bounds, not standard deviations, so all points may
-        be off in the same direction.
+        is therefore the quadratic sum of two parts: the standard error from the scatter, and the
+        largest change that the error bars of y allow. Error bars are bounds and no standard
+        deviations, so the errors of all points may have the same sign.
 
-        `exponent`, if given, fixes p. All results are nan with fewer than two points, or if a
-        number is not positive.
+        `exponent`, if given, fixes p. All results are nan if there are fewer than two points, or if
+        any x or y is not positive.
         """
         x, y = self.x, self.y
         if x.size < 2 or not (np.all(x > 0.0) and np.all(y > 0.0)):
@@ -96,7 +96,7 @@ class Curve:
         )
 
     def line(self) -> PowerLaw:
-        """Fit a line through the origin by least squares; nan with fewer than two points."""
+        """Fit a line through the origin by least squares; nan for fewer than two points."""
         x, y = self.x, self.y
         if x.size < 2:
             return _no_law(x.size)
@@ -113,9 +113,9 @@ def _parameter_errors(design: Array, residuals: Array, bars: Array) -> Array:
     """
     Return the errors of the parameters of a linear fit with equal weights.
 
-    `design`, of shape (points, parameters), is the matrix of the linear model, `residuals` are the
-    residuals of the fit, and `bars` the error bars of the points. Errors are nan if there are not
-    more points than parameters.
+    `design`, of shape (points, parameters), is the matrix of the linear model. `residuals` are the
+    residuals of the fit, and `bars` are the error bars of the points. Errors are nan unless there
+    are more points than parameters.
     """
     points, parameters = design.shape
     if points <= parameters:
@@ -128,9 +128,9 @@ def _parameter_errors(design: Array, residuals: Array, bars: Array) -> Array:
 
 def fit_rows(x: str, fits: Mapping[str, Sequence[PowerLaw]]) -> list[dict[str, Any]]:
     """
-    Return fits of quantities against x, as rows of the report's table.
+    Return fits of quantities against x, as rows for the report's table.
 
-    Verdicts and numbers in the text use the first fit of a quantity. Further fits show how the
+    Verdicts, and numbers in the text, use the first fit of a quantity. The other fits show how the
     result depends on the range.
     """
     return [
@@ -141,7 +141,12 @@ def fit_rows(x: str, fits: Mapping[str, Sequence[PowerLaw]]) -> list[dict[str, A
 
 
 def limit_at_zero(x: Array, y: Array, degree: int) -> tuple[float, float]:
-    """Return a polynomial's value at 0 and its change with one point less; x must increase."""
+    """
+    Extrapolate a polynomial to 0.
+
+    Return the value at 0, and how much it changes without the last point. The values of x must
+    increase.
+    """
     limit, shorter = (
         float(np.polyfit(x[:count], y[:count], degree)[-1]) for count in (x.size, x.size - 1)
     )
@@ -152,19 +157,19 @@ def limit_at_zero(x: Array, y: Array, degree: int) -> tuple[float, float]:
 class Minimum:
     """Minimum of a curve, from a parabola through neighbouring points."""
 
-    place: float  #: Abscissa of the minimum.
+    place: float  #: Position x of the minimum.
     value: float  #: Value of the curve at the minimum.
-    #: Change of the place if the parabola is fitted to five points instead of three. If there are
-    #: fewer than five points, half the distance of the neighbouring points.
+    #: Error of the position: its change if the parabola is fitted to five points instead of three.
+    #: If there are fewer than five points, half the distance between the neighbouring points.
     place_error: float
 
 
 def find_minimum(x: Array, y: Array) -> Minimum:
     """
-    Return the minimum of a curve given by points, from a parabola in ln x.
+    Return the minimum of points, from a parabola in ln x.
 
-    The abscissae must be positive and must increase. The minimum is nan if the lowest point is the
-    first or the last one.
+    The values of x must be positive and must increase. The minimum is nan if the lowest point is
+    the first or the last point.
     """
     k = int(np.argmin(y)) if y.size else 0
     if not 0 < k < y.size - 1:

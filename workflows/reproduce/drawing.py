@@ -1,4 +1,4 @@
-"""Define figures of the report: caption, data and drawing of points."""
+"""Define the figures of the report, with caption and data, and draw points."""
 
 import csv
 import io
@@ -16,14 +16,14 @@ from chaincor.workflows.reproduce.measurements import MeasuredPoint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-else:  # Matplotlib is slow to import, so it is imported only when something is drawn.
+else:  # The import of Matplotlib is slow, so it takes place only when something is drawn.
     Axes = Any
 
 IMPACT_SPEED = r"impact speed $v_0/v^*$"
-# This seed fixes the element ids of SVG files, so that equal data give equal files.
+# This seed fixes the ids of elements in SVG files, so that equal data give equal files.
 _SALT = "chaincor"
-# Error bars are drawn if they exceed this, half the height of a symbol in units of the vertical
-# axis.
+# Error bars are drawn only if they are larger than half the height of a symbol, in units of the
+# vertical axis.
 _SEEN = 0.008
 
 
@@ -33,12 +33,12 @@ class Figure:
 
     key: str  #: Name of the files of the figure.
     title: str  #: Title in a few words.
-    caption: str  #: Caption: content of the figure, its origin, and what to look for.
+    caption: str  #: Caption: what the figure shows, where the data come from, and what to look for.
     alt: str  #: Alternative text for readers who cannot see the figure.
     draw: Callable[..., None]  #: Function that draws the figure into its panels.
-    #: Data of the figure: one record for each row, with equal keys; empty for a drawing.
+    #: Data of the figure, one record for each row, with equal keys; empty for a drawing.
     records: Sequence[Mapping[str, Any]] = ()
-    #: Power laws fitted to the data, as rows of the report's table.
+    #: Power laws that were fitted to the data, as rows for the report's table.
     fits: Sequence[Mapping[str, Any]] = ()
     size: tuple[float, float] = (6.4, 3.9)  #: Width and height in inches.
     panels: tuple[float, ...] = (1.0,)  #: Relative heights of the panels, from the top.
@@ -54,7 +54,7 @@ class Figure:
         return text.getvalue()
 
     def render(self) -> dict[str, bytes]:
-        """Draw the figure and return the contents of its files, by ``png`` and ``svg``."""
+        """Draw the figure; return the contents of its files under the keys ``png`` and ``svg``."""
         import matplotlib as mpl
 
         layout: dict[str, Any] = {"height_ratios": self.panels, "sharex": self.sharex}
@@ -70,7 +70,7 @@ class Figure:
 
 
 def point_record(point: MeasuredPoint) -> dict[str, Any]:
-    """Return a point as a row: scene, plotted value, error bar, results of both engines."""
+    """Return a point as a row of data: scene, plotted value, error bar, results of both engines."""
     record: dict[str, Any] = {
         "potential": point.scene.label,
         "power_order": point.scene.power_order,
@@ -102,7 +102,7 @@ def draw_curves(ax: Axes, curves: Mapping[str, Curve]) -> None:
 
 
 def draw_map(ax: Axes, x: ArrayLike, y: ArrayLike, values: Array, norm: Any) -> Any:
-    """Draw values, of shape (y, x), as colours; return the mesh for a colour bar."""
+    """Draw values, of shape (y, x), as colours, and return the mesh for a colour bar."""
     looks: Any = {"cmap": "viridis", "shading": "nearest", "rasterized": True}
     ax.grid(False)
     return ax.pcolormesh(x, y, values, norm=norm, **looks)
@@ -121,9 +121,9 @@ def draw_points(
     """
     Draw the points of a curve, with one style for each engine.
 
-    Points by LAMMPS are filled, points by the reference engine are open, and limits are crosses.
-    Error bars are drawn if they are larger than a symbol. An error bar is dotted if it mostly
-    covers a possible contact after the last computed one. `line` joins the points.
+    Filled symbols are results of LAMMPS, open symbols those of the reference engine, and crosses
+    are limits. Error bars are drawn if they are larger than a symbol. An error bar is dotted if it
+    mostly covers the effect of a possible later contact. If `line` is true, lines join the points.
     """
     points, x, y, bars = curve.points, curve.x, curve.y, np.nan_to_num(curve.errors)
     if line:
@@ -138,7 +138,7 @@ def draw_points(
         chosen = kinds == kind
         if np.any(chosen):
             ax.plot(x[chosen], y[chosen], marks, markerfacecolor=face, label=label, **looks)
-            label = None  # Each set of points has only one entry in the legend.
+            label = None  # Each set of points gets only one entry in the legend.
     seen = bars > _SEEN * np.ptp(y) if y.size else np.zeros(0, dtype=bool)
     is_open = np.array([point.is_open for point in points], dtype=bool)
     for chosen, style in ((seen & ~is_open, "solid"), (seen & is_open, "dotted")):

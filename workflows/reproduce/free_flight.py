@@ -1,4 +1,4 @@
-"""Follow a chain after its last contact: number of fragments, and forms of its energy."""
+"""Follow a chain after its last contact to find its fragments and the forms of its energy."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -17,32 +17,32 @@ from chaincor.workflows.engines.reference.look_ahead import STEP
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Measurements
 
-# Times since the last contact are in sound crossings of n - 1. Kinetic energies are
-# averaged over this many crossings after the last contact.
+# Times since the last contact are in sound crossings, which take n - 1 time units. Kinetic energies
+# are averaged over this many crossings after the last contact.
 AVERAGED_OVER = 10.0
 LAST = 40.0
-# Fragments are counted at these moments, which also give the curves against speed.
+# Fragments are counted at these times, for the map and for the curves against speed.
 MOMENTS = (0.0, 1.0, 10.0, LAST)
 SAMPLED = tuple(sorted({*MOMENTS, *(float(f"{t:.3g}") for t in np.geomspace(0.1, LAST, 12))}))
 
 
 @dataclass(frozen=True)
 class FreeFlight:
-    """Flight of one chain after its last contact."""
+    """Results for the flight of one chain after its last contact."""
 
     point: MeasuredPoint  #: Collision of the chain.
-    #: Number of fragments at the times `SAMPLED`, of shape (motions, times), and -1 after another
-    #: contact with the wall. Each motion starts from the state of one engine. Both states are right
-    #: within the error bar, so that a difference between the motions is undecided.
+    #: Number of fragments at the times `SAMPLED`, of shape (motions, times); -1 after another
+    #: contact with the wall. Each motion starts from the final state of one engine. Both states are
+    #: right within the error bar, so if the motions differ, the number is undecided.
     pieces: NDArray[np.int64]
-    #: Mean kinetic energy of each mode over the first `AVERAGED_OVER` crossings, as a share of the
-    #: energy at impact, of shape (n,). For any bonds, the sum over j >= 1 is the kinetic energy of
-    #: all internal motion.
+    #: Mean kinetic energy of each mode over the first `AVERAGED_OVER` crossings, as a fraction of
+    #: the energy at impact, of shape (n,). For any bond, the sum over j >= 1 is the kinetic energy
+    #: of all internal motion.
     kinetic: Array
-    #: Mean energy of the bonds over the same time. Together with the sum of the kinetic energies
-    #: over j >= 1 it is 1 - eta.
+    #: Mean energy of the bonds over the same time. The sum of this energy and of the kinetic
+    #: energies with j >= 1 is 1 - eta.
     bonds: float
-    separation: float  #: Energy of the relative motion of the fragments at the end.
+    separation: float  #: Energy of the relative motion between the fragments at the end.
 
     @property
     def speed(self) -> float:
@@ -51,29 +51,29 @@ class FreeFlight:
 
     @property
     def vibration(self) -> float:
-        """Mean kinetic energy of all internal motion, over the energy at impact."""
+        """Mean kinetic energy of all internal motion, as a fraction of the energy at impact."""
         return float(np.sum(self.kinetic[1:]))
 
     @property
     def harmonic(self) -> float:
-        """Sum of harmonic mode energies (j >= 1) at the last contact, over the energy at impact."""
+        """Sum of harmonic mode energies (j >= 1) at the last contact, relative to the impact energy."""
         energies = self.point.answer.arrays["mode_energies"]
         return float(np.sum(energies[1:])) / self.point.energy
 
     @property
     def is_whole(self) -> bool:
-        """Whether the chain is whole at all times in all motions."""
+        """Whether the chain stays whole in all motions."""
         return bool(np.max(self.pieces) == 1)
 
     def pieces_at(self, time: float) -> tuple[int, int]:
-        """Return the smallest and largest number of fragments at a time, over valid motions."""
+        """Return the smallest and the largest number of fragments at a time in valid motions."""
         counts = self.pieces[:, SAMPLED.index(time)]
         known = counts[counts > 0]
         return (int(known.min()), int(known.max())) if known.size else (0, 0)
 
 
 def free_flights(measured: Measurements) -> tuple[FreeFlight, ...]:
-    """Return the flights of the lj chains of the curve of eta against speed, by speed."""
+    """Return the flights of the lj chains in the curve of eta against speed, sorted by speed."""
     return tuple(map(fly, measured.select("curves", "lj")))
 
 
@@ -81,16 +81,16 @@ def fly(point: MeasuredPoint) -> FreeFlight:
     """Follow a chain of at least two particles for `LAST` crossings after its collision."""
     crossing, energy, bond = point.particles - 1.0, point.energy, point.scene.bond
     kinetic, bonds = [], []
-    # Energies are sampled about once in a time unit, which is three times in a period of the
-    # fastest mode.
+    # Energies are sampled about once per time unit, which is three times per period of the fastest
+    # mode.
     duration = AVERAGED_OVER * crossing
     for chain in _flight(point, point.answer, np.linspace(0.0, duration, math.ceil(duration) + 1)):
         kinetic.append(kinetic_mode_energies(chain.velocity))
         bonds.append(float(np.sum(bond.energy(chain.strain))))
-    # The engine whose result is shown comes first.
+    # The state of the engine whose result is shown comes first.
     answers = sorted(point.answers, key=lambda answer: answer is not point.answer)
     counts, separation = [[1] * len(SAMPLED) for _ in answers], 0.0
-    # A chain stays whole if its energy is too small to break one bond.
+    # A chain stays whole if its energy is too small to break a bond.
     if (point.dissipation + point.error) * energy > bond.dissociation:
         flights = [_break(point, answer) for answer in answers]
         counts = [count for count, _ in flights]
@@ -107,7 +107,7 @@ def fly(point: MeasuredPoint) -> FreeFlight:
 
 
 def _break(point: MeasuredPoint, answer: Answer) -> tuple[list[int], Fragments]:
-    """Return fragment counts at all times (-1 after another contact), and the last fragments."""
+    """Return the fragment counts at all times, -1 after another contact, and the last fragments."""
     crossing, counts = point.particles - 1.0, []
     for chain in _flight(point, answer, [time * crossing for time in SAMPLED]):
         counts.append(len(_pieces(chain).sizes))
@@ -120,17 +120,17 @@ def _pieces(chain: Motion) -> Fragments:
 
 def _flight(point: MeasuredPoint, answer: Answer, times: Iterable[float]) -> Iterator[Motion]:
     """
-    Integrate a chain from the state after its last contact, by the reference scheme of order 8.
+    Integrate a chain after its last contact with the reference scheme of order 8.
 
-    Yields the same chain object at the end of the step that reaches each time. Stops early at a
-    contact with the wall or at the limit of a bond.
+    The generator yields the same chain object at the end of the step that reaches each time. It
+    stops early at a contact with the wall or at the limit of a bond.
     """
     bond, arrays = point.scene.bond, answer.arrays
     velocities, strains = arrays["velocities"], np.diff(arrays["displacements"])
     inner = 0.5 * float(np.sum((velocities - np.mean(velocities)) ** 2))
     inner += float(np.sum(bond.energy(strains)))
-    # The energy of internal motion limits the compression of a bond. After a fast collision, no
-    # bond becomes as short as while the chain was at the wall.
+    # The energy of internal motion limits the compression of bonds. After a fast collision, no bond
+    # becomes as short as it was when the chain was at the wall.
     shortest = max(answer.result["bond_min"] - 1.0, compressed_strain(bond, inner))
     line, speed = point.scene.line, point.scene.impact_velocity
     stepper = Stepper.of(line, bond, "order8", STEP / highest_frequency(bond, shortest))

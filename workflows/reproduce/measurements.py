@@ -1,4 +1,4 @@
-"""Hold measured points of both engines, with error bars and the agreement of the engines."""
+"""Represent measured points, with the results and error bars of both engines."""
 
 import math
 from collections.abc import Iterable
@@ -15,14 +15,14 @@ from chaincor.workflows.reproduce.plan import ReproductionPlan, Study
 
 
 class NoNumber(Exception):
-    """The points do not give a number; the message says why."""
+    """The points do not determine a number; the message says why."""
 
 
 @dataclass(frozen=True)
 class Answer:
     """Result of one engine for one scene."""
 
-    result: dict[str, Any]  #: Fields of a collision's result; empty without a result.
+    result: dict[str, Any]  #: Fields of the result; empty without a result.
     #: Arrays of the result, by name.
     arrays: dict[str, Array] = field(default_factory=dict, repr=False)
     failure: str | None = None  #: Name and message of the error, if there is no result.
@@ -34,7 +34,7 @@ def _number(value: float | None, missing: float = math.nan) -> float:
 
 @dataclass(frozen=True)
 class MeasuredPoint:
-    """Scene as planned for LAMMPS, with the results of both engines, or None for an engine."""
+    """Scene as planned for LAMMPS, with the result of each engine that was used."""
 
     scene: Scene
     lammps: Answer | None
@@ -43,11 +43,11 @@ class MeasuredPoint:
     @property
     def source(self) -> str | None:
         """
-        Engine whose number is shown, ``lammps`` or ``reference``; None without a number.
+        Engine whose result is shown, ``lammps`` or ``reference``; None without a result.
 
-        LAMMPS's number is shown if it meets the target error. Otherwise the reference engine's
-        number is shown, if it meets the target error or has the smaller error bar. LAMMPS can miss
-        the target error, because rounding of its absolute coordinates limits the accuracy.
+        LAMMPS's result is shown if it meets the target error. Otherwise the reference engine's
+        result is shown, if it meets the target error or has the smaller error bar. LAMMPS can miss
+        the target error, because the rounding of its absolute coordinates limits the accuracy.
         """
         ours, other = ({} if a is None else a.result for a in (self.lammps, self.reference))
         if not ours or not other:
@@ -59,12 +59,12 @@ class MeasuredPoint:
 
     @property
     def engine_name(self) -> str:
-        """Name of the source in texts; a dash if there is none."""
+        """Name of the engine in texts; a dash without a result."""
         return {"lammps": "LAMMPS", "reference": "reference", None: "–"}[self.source]
 
     @property
     def origin(self) -> str:
-        """Chain length and source, as written in texts."""
+        """Chain length and engine, as written in texts."""
         return f"n = {self.particles}, {self.engine_name}"
 
     @property
@@ -75,7 +75,7 @@ class MeasuredPoint:
 
     @property
     def answers(self) -> list[Answer]:
-        """Results of the engines that have one, with LAMMPS first."""
+        """Results of those engines that have one, with LAMMPS first."""
         return [a for a in (self.lammps, self.reference) if a is not None and a.result]
 
     @property
@@ -90,38 +90,38 @@ class MeasuredPoint:
 
     @property
     def scaled_dissipation(self) -> float:
-        """Dissipation times n^(2/3), which is constant if the law of long harmonic chains holds."""
+        """Dissipation times n^(2/3), which the law of long harmonic chains makes constant."""
         return self.dissipation * self.particles ** (2.0 / 3.0)
 
     @property
     def error(self) -> float:
-        """Error bar of eta in the result that is shown."""
+        """Error bar of eta in the shown result."""
         return self.bar_of(self.answer)
 
     def bar_of(self, answer: Answer) -> float:
-        """Return the error bar of a result, or the difference of the engines if it is larger."""
-        # max() keeps its first argument if the second is nan, so the error bar comes first.
+        """Return the error bar of a result, or the engines' difference if that is larger."""
+        # If the second argument is nan, max() returns the first, so the error bar comes first.
         return max(_number(answer.result.get("restitution_error")), abs(self.difference))
 
     @property
     def is_limit(self) -> bool:
-        """Whether the value shown is the limit of hard spheres, not an integrated result."""
+        """Whether the shown value is the limit of hard spheres instead of an integrated result."""
         return self.answer.result.get("scheme") == SCHEME
 
     @property
     def is_open(self) -> bool:
-        """Whether the error bar mostly covers a possible later contact."""
+        """Whether the error bar mostly covers the effect of a possible later contact."""
         later = (self.answer.result.get("error_parts") or {}).get("ending")
         return (later or 0.0) > 0.5 * self.error
 
     @property
     def contacts(self) -> float:
-        """Number of contacts of particle 1 with the wall."""
+        """Number of contacts between particle 1 and the wall."""
         return _number(self.answer.result.get("contacts"))
 
     @property
     def contacts_per_particle(self) -> float:
-        """Number of contacts over n."""
+        """Number of contacts divided by n."""
         return self.contacts / self.particles
 
     @property
@@ -143,19 +143,23 @@ class MeasuredPoint:
 
     @property
     def difference(self) -> float:
-        """Eta of LAMMPS less eta of the reference engine, or nan without both results."""
+        """LAMMPS's eta minus the reference engine's eta; nan if a result is missing."""
         both = [answer.result["restitution"] for answer in self.answers]
         return float(both[0] - both[1]) if len(both) == 2 else math.nan
 
     @property
     def summed_bars(self) -> float:
-        """Sum of the two error bars; nan if one is missing."""
+        """Sum of both engines' error bars; nan if one is missing."""
         bars = [_number(answer.result["restitution_error"]) for answer in self.answers]
         return sum(bars) if len(bars) == 2 else math.nan
 
     @property
     def allowed_difference(self) -> float:
-        """Error from LAMMPS's own runs plus the error bar of the reference engine."""
+        """
+        Sum of both engines' errors.
+
+        The error of LAMMPS is the one that its own runs show.
+        """
         if math.isnan(self.summed_bars):
             return math.nan
         results = [answer.result for answer in self.answers]
@@ -169,13 +173,13 @@ class MeasuredPoint:
 
 
 def column(points: Iterable[MeasuredPoint], name: str) -> Array:
-    """Return an attribute of all points as an array."""
+    """Return an array with an attribute of all points."""
     return np.array([getattr(point, name) for point in points], dtype=float)
 
 
 @dataclass(frozen=True)
 class Measurements:
-    """Plan with its studies, and all points by the key of their study."""
+    """Plan, and all points by the name of their study."""
 
     plan: ReproductionPlan
     studies: tuple[Study, ...]
@@ -185,9 +189,9 @@ class Measurements:
         self, study: str, potential: str, least: int = 0, missing: str = "no points", **wanted: Any
     ) -> list[MeasuredPoint]:
         """
-        Return a study's points with a result and the wanted fields, ordered by speed and length.
+        Return points of a study with a result and given fields, sorted by speed and length.
 
-        Raises NoNumber with the message `missing` if there are fewer than `least` points.
+        Raise NoNumber with the message `missing` if there are fewer than `least` points.
         """
         chosen = [
             point
@@ -201,6 +205,6 @@ class Measurements:
         return sorted(chosen, key=lambda point: (point.scene.impact_velocity, point.particles))
 
     def all_points(self) -> Iterable[MeasuredPoint]:
-        """Return all different points once, in the order of the studies."""
+        """Return all points in the order of the studies, each once."""
         unique = {point.scene: point for points in self.points.values() for point in points}
         return unique.values()

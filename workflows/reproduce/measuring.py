@@ -1,4 +1,4 @@
-"""Compute a plan's points by LAMMPS, by the reference engine and by the echo method."""
+"""Compute the points of a plan by LAMMPS, the reference engine and the echo method."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -13,14 +13,14 @@ from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Mea
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study
 from chaincor.workflows.validation.comparison import SHARPER, judging_scene
 
-# A runner is a function from scenes to results in the same order.
+# A runner is a function that returns results for scenes, in the same order.
 MeasurementRunner = Callable[[Sequence[Scene]], Sequence[Answer]]
 
 
 def measure(
     plan: ReproductionPlan, planned: tuple[Study, ...], run: MeasurementRunner
 ) -> Measurements:
-    """Compute the points of all studies in one call of `run`; a failed scene has no result."""
+    """Compute the points of all studies in one call to `run`; a failed scene gets no result."""
     for_lammps = dict.fromkeys(scene for study in planned for scene in study.scenes)
     reference = {scene: _reference_twin(scene) for scene in for_lammps}
     for scene in (scene for study in planned for scene in study.reference):
@@ -41,17 +41,21 @@ def measure(
 
 def _reference_twin(scene: Scene) -> Scene:
     """
-    Return the scene for the reference engine that checks a scene of LAMMPS.
+    Return the scene with which the reference engine checks a scene for LAMMPS.
 
-    The tolerance is a tenth of LAMMPS's tolerance. If bonds are too stiff for LAMMPS, the report
-    shows the result of the reference engine, which then has the scene's own tolerance.
+    The tolerance is a tenth of LAMMPS's tolerance. If the bonds are too stiff for LAMMPS, the
+    report shows the result of the reference engine, and the tolerance is the scene's own.
     """
     share = 1.0 if frequency_ratio(scene.problem) > LAMMPS.sharpest else SHARPER
     return judging_scene(scene, share * (scene.tolerance or DEFAULT_TOLERANCE))
 
 
 def by_echo(scenes: Sequence[Scene]) -> dict[Scene, Answer]:
-    """Collide long harmonic chains, whose contacts are the same until an echo of the free end."""
+    """
+    Collide long harmonic chains by the echo method.
+
+    The contacts of these chains are equal until an echo from the free end arrives.
+    """
     by_length = {scene.particles: scene for scene in scenes}
     started = time.process_time()
     chains = list(collide_long_chains(by_length))
@@ -74,7 +78,7 @@ def by_echo(scenes: Sequence[Scene]) -> dict[Scene, Answer]:
 
 
 def run_into_store(path: Path, workers: int, progress: bool = True) -> MeasurementRunner:
-    """Return a runner that stores every result, so that no finished scene is computed twice."""
+    """Return a runner that stores every result and never computes a stored scene again."""
 
     def run(scenes: Sequence[Scene]) -> list[Answer]:
         rows = collide_into_store(scenes, path, workers=workers, arrays=True, progress=progress)

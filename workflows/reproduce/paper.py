@@ -1,4 +1,4 @@
-"""List the contents of the report: figures, claims, scenes, fits and questions."""
+"""List the contents of the report: claims, studies, figures and questions."""
 
 from collections.abc import Callable
 
@@ -24,7 +24,7 @@ from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study
 
-# The claims are in the order of the paper's text.
+# Modules with claims, in the order of the paper's text.
 CLAIMS: tuple[Claim, ...] = (
     *claims_of(trajectories),
     *claims_of(harmonic_contacts),
@@ -39,7 +39,7 @@ CLAIMS: tuple[Claim, ...] = (
 
 
 def studies(plan: ReproductionPlan) -> tuple[Study, ...]:
-    """Return all studies of a plan; a scene in several studies is computed once."""
+    """Return all studies in a plan. A scene in several studies is computed only once."""
     figures = (
         *(restitution_curves, harmonic_lengths, harmonic_contacts, lj_lengths, increase, slope),
         *(pair, trajectories, slow_chains),
@@ -48,7 +48,7 @@ def studies(plan: ReproductionPlan) -> tuple[Study, ...]:
 
 
 def figures(measured: Measurements, flights: tuple[FreeFlight, ...]) -> tuple[Figure, ...]:
-    """Return the figures of the paper in the paper's order, then the figures beyond the paper."""
+    """Return the paper's figures in the paper's order, then further figures."""
     measured_ones = (
         *(schematic, trajectories, harmonic_lengths, restitution_curves, lj_lengths, increase),
         *(contacts_and_restitution, pair, slope, slow_chains),
@@ -68,7 +68,7 @@ def _answer(find: Callable[[Measurements], str], measured: Measurements) -> str:
 
 
 def readings(measured: Measurements) -> dict[str, str]:
-    """Return how we read points that the paper leaves open, by the question."""
+    """Return, for each question that the paper leaves open, which answer we assume."""
     chains = measured.select("harmonic_velocities", "harmonic")
     harmonic_loss = f"{chains[0].dissipation:.4f}" if chains else "–"
     return {
@@ -113,7 +113,7 @@ def readings(measured: Measurements) -> dict[str, str]:
 
 
 def beyond(measured: Measurements, flights: tuple[FreeFlight, ...]) -> dict[str, str]:
-    """Return the findings on questions that the paper does not ask."""
+    """Return results on questions that the paper does not ask."""
     return {
         "Does dissipation vanish in long chains at some speed v₀ > 0?": _answer(
             lj_lengths.long_chains, measured

@@ -1,4 +1,4 @@
-"""Plan the scenes that check the paper: a quick plan and a full plan, as plain numbers."""
+"""Define the quick plan and the full plan for checking the paper."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,68 +9,69 @@ import numpy as np
 
 from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, Scene
 
-# The paper's figure of 1 - eta against n has these five speeds, in units of v*.
+# The paper's figure of 1 - eta against n shows these five speeds, in units of v*.
 PAPER_SIZE_SPEEDS = (0.780, 0.390, 0.160, 0.078, 0.008)
-# The paper's figure of the increase has these orders of the lowest anharmonic term, each with the
-# sign of c that stiffens compression. Only the sign matters, because c scales lengths and eta(v/v*)
-# is the same for every |c|.
+# Orders of the lowest anharmonic term in the paper's figure of the increase, each with the sign of
+# c that makes bonds stiffer in compression. The size of c does not matter: c only scales lengths,
+# and eta(v/v*) is the same for every |c|.
 PAPER_ORDERS = {3: -1.0, 4: 1.0, 5: -1.0}
 
 
 @dataclass(frozen=True)
 class ReproductionPlan:
     """
-    All numbers that decide the scenes of `chaincor reproduce`.
+    All numbers that determine the scenes of `chaincor reproduce`.
 
     Speeds are in units of v*, and tolerances are absolute errors of eta.
     """
 
     name: str  #: ``quick`` or ``full``.
     tolerance: float  #: Tolerance of every plotted point.
-    curve_particles: int  #: Length of the chains whose eta is drawn against speed.
-    curve_speeds: tuple[float, ...]  #: Speeds for lj, toda and log chains.
-    #: Lengths of harmonic chains by LAMMPS and by the reference engine.
+    curve_particles: int  #: Length of the chains in the figure of eta against speed.
+    curve_speeds: tuple[float, ...]  #: Speeds of lj, toda and log chains.
+    #: Lengths of harmonic chains for LAMMPS and the reference engine.
     harmonic_sizes: tuple[int, ...]
-    #: Longer or more closely spaced lengths of harmonic chains, by the echo of the free end.
+    #: Longer or more closely spaced lengths of harmonic chains for the echo method.
     harmonic_far_sizes: tuple[int, ...]
-    #: Lengths around which harmonic chains give the limit of long chains.
+    #: Lengths around which harmonic chains determine the limit of long chains.
     harmonic_longest: tuple[int, ...]
-    #: Velocities at which the harmonic chain's eta must be the same.
+    #: Velocities at which the harmonic chain must have the same eta.
     harmonic_velocities: tuple[float, ...]
-    #: Lengths of lj chains at the paper's five speeds. The most expensive runs use the reference
-    #: engine only.
+    #: Lengths of lj chains at the paper's five speeds. The most expensive scenes are computed only
+    #: by the reference engine.
     sizes: tuple[int, ...]
-    #: Longer lj chains by speed, by the reference engine only.
+    #: Additional lengths of lj chains for each speed, only for the reference engine.
     far_sizes: dict[float, tuple[int, ...]]
-    #: Speeds for the increase of dissipation, by order. Chains of order 3 break from 0.15 v* on,
-    #: and reach their low-speed limit only below 0.005 v*.
+    #: Speeds for the increase of dissipation, for each order. Chains of order 3 break from 0.15 v*
+    #: on, and reach their low-speed limit only below 0.005 v*.
     increase_speeds: dict[int, tuple[float, ...]]
-    #: Tolerances by order, at most 2 % of the smallest increase in the figure.
+    #: Tolerance for each order, at most 2 % of the smallest increase in the figure.
     increase_tolerances: dict[int, float]
     #: Lengths of lj chains for C, the initial slope of dissipation against speed.
     slope_sizes: tuple[int, ...]
-    slope_far_sizes: tuple[int, ...]  #: Longer lj chains for C, by the reference engine only.
+    #: Additional lengths of lj chains for C, only for the reference engine.
+    slope_far_sizes: tuple[int, ...]
     slope_speeds: tuple[float, ...]  #: Speeds of the chains for C.
-    slow_sizes: tuple[int, ...]  #: Lengths of slow chains of five bonds.
+    slow_sizes: tuple[int, ...]  #: Lengths of slow chains with five bonds.
     slow_variables: tuple[float, ...]  #: Values of kappa v0 n^(2/3) of the slow chains.
     pair_speeds: tuple[float, ...]  #: Speeds of the chain of two particles, for alpha.
 
 
 @dataclass(frozen=True)
 class Study:
-    """Scenes of one study."""
+    """Scenes that are computed for one question."""
 
     key: str  #: Name, such as ``curves``.
-    title: str  #: Title in the table of times.
+    title: str  #: Title of the study in the table of times.
     scenes: tuple[Scene, ...]  #: Scenes for LAMMPS and the reference engine.
-    #: Scenes for the reference engine only, which take LAMMPS too long in this plan.
+    #: Scenes only for the reference engine, because LAMMPS would take too long.
     reference: tuple[Scene, ...] = ()
-    #: Harmonic chains of 20 particles or more, by the echo of their free end.
+    #: Harmonic chains of at least 20 particles, for the echo method.
     echoed: tuple[Scene, ...] = ()
 
     @property
     def all_scenes(self) -> tuple[Scene, ...]:
-        """Scenes of the study for all engines."""
+        """All scenes of the study."""
         return (*self.scenes, *self.reference, *self.echoed)
 
 
@@ -79,7 +80,11 @@ def harmonic_chains(
     tolerance: float,
     velocities: Iterable[float] = (DEFAULT_HARMONIC_VELOCITY,),
 ) -> tuple[Scene, ...]:
-    """Return harmonic chains, defined equally for all studies so that equal scenes run once."""
+    """
+    Return the scenes of harmonic chains.
+
+    All studies use this function, so that equal scenes run only once.
+    """
     return tuple(
         Scene(potential="harmonic", particles=n, velocity=v, tolerance=tolerance)
         for n, v in product(lengths, velocities)
@@ -89,7 +94,7 @@ def harmonic_chains(
 def chains(
     potential: str, lengths: Iterable[int], speeds: Iterable[float], tolerance: float, **more: Any
 ) -> tuple[Scene, ...]:
-    """Return scenes of chains with other bonds, at speeds in units of v*."""
+    """Return the scenes of chains with other bonds, at speeds in units of v*."""
     return tuple(
         Scene(potential=potential, particles=n, speed=u, tolerance=tolerance, **more)
         for n, u in product(lengths, speeds)
@@ -97,7 +102,7 @@ def chains(
 
 
 def _speeds(first: float, last: float, count: int, *more: float) -> tuple[float, ...]:
-    """Return speeds evenly spaced on a logarithmic scale, rounded to 6 digits, and extra speeds."""
+    """Return speeds with equal ratios, rounded to 6 digits, together with extra speeds."""
     spaced = (float(f"{u:.6g}") for u in np.geomspace(first, last, count))
     return tuple(sorted({*spaced, *more}))
 
@@ -107,7 +112,7 @@ def _sizes(first: int, last: int, count: int, *more: int) -> tuple[int, ...]:
     return tuple(sorted({*spaced, *more}))
 
 
-# These additional speeds lie near the minimum and where f/n reaches 1, and include the speeds of
+# The extra speeds lie near the minimum of eta and where f/n reaches 1. They include the speeds of
 # the reference values.
 _NOTEWORTHY = (0.4, 0.55, 0.65, 0.7, 0.78, 0.82, 0.86, 0.9, 1.1, 1.5, 2.0)
 
@@ -121,7 +126,8 @@ QUICK = ReproductionPlan(
     harmonic_longest=(3000, 10_000, 30_000),
     harmonic_velocities=(1e-3, 1e-2, 0.1, 0.5),
     sizes=(10, 20, 50, 100, 200, 500, 1000),
-    # Faster and longer chains break at the free end, and their eta would need ever smaller steps.
+    # Faster and longer chains break at the free end, and their eta would need ever smaller time
+    # steps.
     far_sizes={
         0.39: (2000,),
         0.16: (3000, 5000),
@@ -154,7 +160,7 @@ FULL = ReproductionPlan(
     sizes=(10, 14, 20, 30, 50, 70, 100, 140, 200, 300, 500, 700, 1000),
     far_sizes={
         0.78: (1400, 2000),
-        0.39: (1400, 2000),  # At n = 3000, rounding decides whether eta is 0.781 or 0.784.
+        0.39: (1400, 2000),  # For n = 3000, rounding decides whether eta is 0.781 or 0.784.
         **dict.fromkeys((0.16, 0.078, 0.008), (1400, 2000, 3000, 5000, 10000, 20000)),
     },
     increase_speeds={

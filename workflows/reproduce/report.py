@@ -1,4 +1,4 @@
-"""Write the report of the reproduction as HTML, Markdown and JSON, with the verdicts first."""
+"""Write the report of the reproduction as HTML, Markdown and JSON."""
 
 import json
 import math
@@ -23,9 +23,9 @@ from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements
 from chaincor.workflows.reproduce.plan import Study
 
-# This folder contains the figures and their data.
+# Folder for the figures and their data.
 DRAWINGS = "figures"
-# An entry in the page of slips has this mark if it was suspected and is right.
+# On the page of slips, this mark means that the paper was suspected of a slip but is right.
 RIGHT = "right as printed"
 _BOND_FORMULAS = {
     "lj": "U = (x^(−12) − 2 x^(−6) + 1)/72",
@@ -46,7 +46,11 @@ def gather(
     figures: tuple[Figure, ...],
     seconds: dict[str, float],
 ) -> dict[str, Any]:
-    """Judge the claims, and return the contents of ``report.json``; `seconds` is the run's time."""
+    """
+    Judge the claims, and return the contents of ``report.json``.
+
+    `seconds` is the time that the computation took.
+    """
     verdicts = [verdict_row(claim, claim.found(measured)) for claim in paper.CLAIMS]
     slip_count, slips = read_slips()
     bonds = {name: Scene(potential=name, speed=1.0).bond for name in _BOND_FORMULAS}
@@ -95,7 +99,7 @@ def gather(
 
 
 def verdict_row(claim: Claim, finding: ClaimFinding) -> dict[str, Any]:
-    """Judge the finding on a claim, and return its row in the report."""
+    """Judge the finding on a claim, and return its row for the report."""
     verdict, reason = claim.judge(finding)
     return {
         "key": claim.key,
@@ -127,7 +131,7 @@ def _answered(questions: dict[str, str]) -> list[dict[str, str]]:
 
 
 def describe_found(row: dict[str, Any]) -> str:
-    """Write the number of a finding, or say whether a trend is there."""
+    """Write our number with its error, or whether a trend exists."""
     return _number(row["is_trend"], row["value"], row["error"])
 
 
@@ -138,7 +142,7 @@ def _number(is_trend: bool, value: float, error: float) -> str:
 
 
 def _in_brief(claim: Claim, finding: ClaimFinding) -> str:
-    """Return the summary of a claim: our number and its distance from the paper's number."""
+    """Summarize a claim: our number, and its difference from the paper's number."""
     margin, value = claim.margin, finding.value
     if finding.brief:
         return finding.brief
@@ -149,7 +153,7 @@ def _in_brief(claim: Claim, finding: ClaimFinding) -> str:
 
 
 def _runs(points: Iterable[MeasuredPoint]) -> list[dict[str, Any]]:
-    """Return the runs of points with a result, with their computing time in seconds."""
+    """Return the runs that gave a result, with their computing time in seconds."""
     return [
         {
             "engine": engine,
@@ -165,7 +169,7 @@ def _runs(points: Iterable[MeasuredPoint]) -> list[dict[str, Any]]:
 
 
 def _work(measured: Measurements, study: Study) -> dict[str, Any]:
-    """Return the number of points of a study, and the seconds that each engine took."""
+    """Return the number of points in a study, and the seconds that each engine took."""
     runs = _runs(measured.points[study.key])
     lammps, reference = (
         sum(run["seconds"] for run in runs if run["engine"] == engine)
@@ -176,7 +180,7 @@ def _work(measured: Measurements, study: Study) -> dict[str, Any]:
 
 
 def _dearest(measured: Measurements) -> list[dict[str, Any]]:
-    """Return the eight longest runs, each with its fraction of the total computing time."""
+    """Return the eight longest runs, with the fraction of the total computing time for each."""
     runs = _runs(measured.all_points())
     total = sum(run["seconds"] for run in runs) or 1.0
     longest = sorted(runs, key=lambda run: -run["seconds"])[:8]
@@ -184,7 +188,11 @@ def _dearest(measured: Measurements) -> list[dict[str, Any]]:
 
 
 def _versions_of(measured: Measurements) -> dict[str, str]:
-    """Return the versions that made the results; a store that was continued can have several."""
+    """
+    Return the versions that computed the results.
+
+    A store from several sessions can have several.
+    """
     found: dict[str, set[str]] = {}
     for point in measured.all_points():
         for answer in point.answers:
@@ -195,11 +203,12 @@ def _versions_of(measured: Measurements) -> dict[str, str]:
 
 def read_slips() -> tuple[str, list[dict[str, str]]]:
     """
-    Read the paper's slips from the page ``paper_slips.md``, which the tests of the slips write.
+    Read the paper's slips from the page ``paper_slips.md``, which tests write.
 
-    Returns a sentence with the number of slips, and all entries in the paper's order. An entry has
+    Return a sentence with the number of slips, and all entries in the paper's order. Each entry has
     the place in the paper, the printed text, the correct text (empty if the paper is right), the
-    kind (``slip`` or another), the consequence (a dash if the entry is no slip) and the check.
+    kind of entry (for example ``slip``), the consequence (a dash if the entry is no slip) and the
+    check.
     """
     page = (DOCUMENTS / "paper_slips.md").read_text(encoding="utf-8")
     head, *entries = re.split(r"\n## \d+\. ", page)
@@ -221,7 +230,7 @@ def _slip(entry: str) -> dict[str, str]:
 
 
 def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
-    """Draw the figures and write them with their data; return them as data URIs by key."""
+    """Draw the figures, write them with their data, and return data URIs for the page."""
     drawings = folder / DRAWINGS
     drawings.mkdir(parents=True, exist_ok=True)
     images = {}
@@ -237,7 +246,7 @@ def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
 
 
 def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str]) -> None:
-    """Write the page, the summary and the JSON file."""
+    """Write the page, the summary in Markdown, and the JSON file."""
     environment = page_environment("chaincor.workflows.reproduce")
     environment.filters["found"] = describe_found
     environment.filters["anchor"] = lambda key: "claim-" + re.sub(r"\W+", "-", key)

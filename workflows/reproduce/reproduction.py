@@ -1,4 +1,4 @@
-"""Reproduce the paper, from a plan to a report on disk."""
+"""Reproduce the paper: compute a plan, judge the claims, and write the report."""
 
 import time
 from pathlib import Path
@@ -37,29 +37,29 @@ def reproduce(
     Parameters
     ----------
     folder : path
-        Folder for the report, its figures and their data, and the store of results. Stored results
-        are not computed again, so that an interrupted run can be continued.
+        Folder for the report, its figures and their data, and the results store. Stored results are
+        not computed again, so an interrupted run can be continued.
     quick : bool
-        Whether to use the plan with errors of 1e-5, which takes minutes. The other plan takes half
-        an hour, with errors of 1e-7 and more points.
+        Whether to use the quick plan, which takes minutes and has errors of 1e-5. The full plan
+        takes half an hour and has errors of 1e-7 and more points.
     workers : int
         Number of worker processes.
     progress : bool
         Whether to show a progress bar.
     as_crate : bool
-        Whether to describe each file and its origin in ``ro-crate-metadata.json``. This needs
-        ``chaincor[crate]``.
+        Whether to describe each file and its origin in ``ro-crate-metadata.json``. The description
+        needs ``chaincor[crate]``.
 
     Returns
     -------
     dict
-        Contents of ``report.json`` in the folder: ``verdicts`` claim by claim, ``curves``,
-        ``health``, and more.
+        Contents of ``report.json`` in the folder, such as ``verdicts`` on all claims, ``curves``
+        and ``health``.
 
     Raises
     ------
     InputError
-        If the folder cannot be made.
+        If the folder cannot be created.
     MissingLibraryError
         If `as_crate` is true and the library rocrate is not installed.
 
@@ -81,7 +81,11 @@ def reproduce(
 
 
 def describe_reproduction(folder: Path, contents: dict[str, Any]) -> None:
-    """Describe each file in ``ro-crate-metadata.json``; `contents` are those of the report."""
+    """
+    Describe each file in ``ro-crate-metadata.json``.
+
+    `contents` are the contents of ``report.json``.
+    """
     titles = {figure["key"]: figure["title"] for figure in contents["figures"]}
     drawings = sorted(path for key in titles for path in (folder / DRAWINGS).glob(f"{key}.*"))
     files = {path.relative_to(folder).as_posix(): titles[path.stem] for path in drawings}

@@ -1,1 +1,1 @@
-"""Draw the figures of the paper and figures beyond it, one module each with its claims."""
+"""Draw the paper's figures and further figures. Each module has one figure and its claims."""

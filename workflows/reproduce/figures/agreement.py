@@ -11,8 +11,8 @@ from chaincor.workflows.reproduce.drawing import Axes, Figure, point_record
 from chaincor.workflows.reproduce.figures.increase import increases
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, column
 
-# A comparison is meaningful if the sum of both error bars is at most this multiple of the target
-# error.
+# A comparison is meaningful if the sum of both engines' error bars is at most this multiple of the
+# target error.
 _SHARP = 10.0
 _FLOOR = 1e-14
 
@@ -24,7 +24,7 @@ def _name(point: MeasuredPoint) -> str:
 
 
 def examine_points(measured: Measurements) -> dict[str, Any]:
-    """Count points, disagreements and failures, and name the points with large error bars."""
+    """Count points, disagreements and failures, and name points with large error bars."""
     points = list(measured.all_points())
     compared = [p for p in points if p.agrees is not None]
     excess = [abs(p.difference) / (p.allowed_difference or 1.0) for p in compared]
@@ -40,37 +40,37 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
     ]
     relative = [increase.largest_relative_error for increase in increases(measured).values()]
     return {
-        # These are the numbers of all points, of points that show LAMMPS's value, and of points
-        # with only the reference engine.
+        # Number of all points, of points that show LAMMPS's result, and of points that only the
+        # reference engine computed.
         "points": len(points),
         "by_lammps": sum(p.source == "lammps" for p in points),
         "alone": sum(p.source == "reference" and p.agrees is None for p in points),
-        # These are the numbers of points that both engines computed, and of points whose difference
-        # exceeds the allowed one.
+        # Number of points that both engines computed, and of points where the engines differ by
+        # more than is allowed.
         "compared": len(compared),
         "longest_compared": max((p.particles for p in compared), default=0),
         "disagreements": sum(p.agrees is False for p in compared),
-        # The largest ratio of a difference to the allowed difference.
+        # Largest ratio of the engines' difference to the allowed difference.
         "worst_excess": max(excess, default=math.nan),
-        # The comparison is meaningful up to this sum of error bars. The points with larger sums are
-        # listed, with the smallest and the largest sum.
+        # The comparison is meaningful if the sum of both error bars is at most "sharp". The points
+        # with larger sums are listed, with the smallest and the largest of these sums.
         "sharp": sharp,
         "blunt": [_name(p) for p in blunt],
         "blunt_bars": [min(bars), max(bars)] if bars else [],
-        # At these points, the engines differ by more than the target error.
+        # Points at which the engines differ by more than the target error.
         "apart": [
             f"{_name(p)} by {abs(p.difference):.2g}" for p in compared if abs(p.difference) > asked
         ],
-        # The largest error bar of a plotted point, its target error, and the points with larger
-        # error bars.
+        # Largest error bar of a plotted point, the target error, and points that miss their target
+        # error.
         "largest_error": max((p.error for p in points if p.source is not None), default=math.nan),
         "asked": asked,
         "missed": [_name(p) for p in points if p.error > (p.scene.tolerance or asked)],
-        # The largest relative error bar of a plotted or fitted increase.
+        # Largest relative error bar of a plotted or fitted increase.
         "largest_relative_error": max(relative, default=math.nan),
-        # Some points were planned for LAMMPS, but only the reference engine computed them; others
-        # have no result. Both lists give reasons. The largest frequency ratio of a bond for LAMMPS
-        # is given, too.
+        # Runs that gave no result, with reasons. "not_given" lists LAMMPS's failures at points that
+        # the reference engine computed, and "failures" lists all others. "largest_ratio" is the
+        # largest frequency ratio of a bond that LAMMPS accepts.
         "not_given": [text for by_other, text in failed if by_other],
         "largest_ratio": LAMMPS.sharpest,
         "failures": [text for by_other, text in failed if not by_other],
@@ -78,7 +78,7 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the figure of the engines' differences against the impact speed."""
+    """Return the figure of the difference between the engines against the impact speed."""
     points = [p for p in measured.all_points() if p.agrees is not None]
     found = np.abs(column(points, "difference"))
     allowed = column(points, "allowed_difference")

@@ -1,4 +1,4 @@
-"""Draw chains that break, and the two coefficients of restitution, beyond the paper."""
+"""Draw chains that break, and both coefficients of restitution. The paper has no such figure."""
 
 from itertools import groupby
 from typing import Any
@@ -11,7 +11,7 @@ from chaincor.workflows.reproduce.free_flight import LAST, MOMENTS, SAMPLED, Fre
 
 
 def figure(flights: tuple[FreeFlight, ...]) -> Figure:
-    """Return the figure of an lj chain's fragments against speed and time, and of e and eta."""
+    """Return the figure of e and eta, and of an lj chain's fragments against speed and time."""
 
     def draw(above: Axes, middle: Axes, below: Axes) -> None:
         speeds = [f.speed for f in flights]
@@ -74,7 +74,7 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
 
 
 def breaking(flights: tuple[FreeFlight, ...]) -> str:
-    """Describe which lj chains break, when, and into how many fragments."""
+    """Describe which lj chains break, when they break, and into how many fragments."""
     if all(f.is_whole for f in flights):
         return "No chain was in pieces."
     parts = []
@@ -98,7 +98,11 @@ def breaking(flights: tuple[FreeFlight, ...]) -> str:
 
 
 def _spans(flights: tuple[FreeFlight, ...], wanted: list[bool]) -> str:
-    """Write the chosen speeds, with neighbouring speeds as ranges: ``between 0.75 and 5.6 v*``."""
+    """
+    Write the chosen speeds.
+
+    Neighbouring speeds are joined to ranges, such as ``between 0.75 and 5.6 v*``.
+    """
     spans = []
     runs = groupby(zip(flights, wanted, strict=True), key=lambda pair: pair[1])
     for speeds in ([f.speed for f, _ in run] for is_wanted, run in runs if is_wanted):
@@ -112,7 +116,7 @@ def _spans(flights: tuple[FreeFlight, ...], wanted: list[bool]) -> str:
 
 
 def _rejoined(flights: tuple[FreeFlight, ...]) -> str:
-    """Describe a fast chain whose end falls behind and later catches up with the rest."""
+    """Describe a fast chain whose end falls behind and later catches up with the chain."""
     for flight in flights:
         first = flight.pieces_at(0.0)[0]
         if first > 1 and flight.pieces_at(1.0)[1] == 1:
@@ -131,7 +135,11 @@ def _when(moment: float) -> str:
 
 
 def _draw_times(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
-    """Draw the larger count as a colour over speed and time; dots mark undecided counts."""
+    """
+    Draw the largest number of fragments as a colour over speed and time.
+
+    Dots mark places where the motions differ in this number.
+    """
     from matplotlib.colors import BoundaryNorm
 
     times = SAMPLED[1:]
@@ -146,8 +154,7 @@ def _draw_times(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
     ax.legend(loc="lower left", fontsize=8, facecolor=GREY)
     ax.set(xscale="log", yscale="log")
     ax.set_ylabel("time after the last\ncontact / crossing")
-    # The colour bar is placed outside the axes, so that the axis lines up with those of the other
-    # panels.
+    # The colour bar lies outside the axes, so that all panels have the same width.
     beside = ax.inset_axes((1.02, 0.0, 0.03, 1.0))
     bar = ax.figure.colorbar(mesh, cax=beside, label="pieces")
     bar.set_ticks((0.5 * (levels[1:] + levels[:-1])).astype(int).tolist())

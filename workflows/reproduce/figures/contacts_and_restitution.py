@@ -24,7 +24,7 @@ from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurement
 
 _KEY = "contacts_and_restitution"
 _RISE = (0.16, "0.16, by which f(n)/n of lj chains rises (here)")
-# These are the bounds of "near 1", because words claim no more than 10 %.
+# "near 1" means within these bounds, because the margin of words is 10 %.
 _AROUND_SCALE = (0.9, 1.1)
 
 
@@ -32,21 +32,21 @@ def run_hard_spheres(
     particles: int, gap: Fraction = Fraction(1, 7)
 ) -> tuple[list[Fraction], int, int]:
     """
-    Follow hard spheres from event to event in exact arithmetic, until no event is left.
+    Follow hard spheres from event to event in exact arithmetic, until no event follows.
 
-    Spheres of diameter 1 - gap start at a distance of 1 with velocity -1, the first one at the
-    wall. Between events all spheres fly freely. At an event, two neighbours exchange their
-    velocities, or sphere 1 reverses its velocity. Positions, velocities and times are rational, so
-    that nothing is rounded.
+    Spheres of diameter 1 - gap start with velocity -1 at distances of 1, the first sphere at the
+    wall. Between events, all spheres fly freely. At an event, two neighbours exchange their
+    velocities, or sphere 1 reverses its velocity. Positions, velocities and times are rational
+    numbers, so nothing is rounded.
 
-    Returns the final velocities, the number of contacts with the wall, and the number of exchanges.
+    Return the final velocities, the number of contacts with the wall, and the number of exchanges.
     """
-    # Spheres are reduced to points: i diameters are subtracted from position i.
+    # The spheres are reduced to points: i diameters are subtracted from the position of sphere i.
     positions = [gap * i for i in range(particles)]
     velocities = [Fraction(-1)] * particles
     contacts = exchanges = 0
     while True:
-        # Event i occurs between spheres i - 1 and i, and event 0 at the wall.
+        # Event i is a collision of spheres i - 1 and i, and event 0 is a contact with the wall.
         waits = {}
         if velocities[0] < 0:
             waits[0] = -positions[0] / velocities[0]
@@ -68,7 +68,7 @@ def run_hard_spheres(
 
 
 def _both_of_hard_spheres(measured: Measurements) -> tuple[ClaimFinding, ClaimFinding]:
-    """Return eta and f/n of hard spheres."""
+    """Return eta and the number of contacts per particle, f/n, for hard spheres."""
     n = measured.plan.curve_particles
     velocities, contacts, exchanges = run_hard_spheres(n)
     mean = sum(velocities, Fraction(0)) / n
@@ -152,8 +152,9 @@ def _high_speed_limit(measured: Measurements) -> ClaimFinding:
 
 
 def _fastest(measured: Measurements) -> tuple[list[MeasuredPoint], str]:
-    """Return the fastest integrated chain of each bond, and a description of these chains."""
-    # A value set equal to that of hard spheres is no evidence that chains approach hard spheres.
+    """Return the fastest integrated chain for each bond, and a description of these chains."""
+    # If a value was set equal to that of hard spheres, it is no evidence that chains approach hard
+    # spheres.
     integrated = [[p for p in points if not p.is_limit] for points in curves(measured).values()]
     if not all(integrated):
         raise NoNumber("no points")
@@ -163,7 +164,7 @@ def _fastest(measured: Measurements) -> tuple[list[MeasuredPoint], str]:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the figure of f(n)/n and eta of the lj chain against speed, on one axis."""
+    """Return the figure of f(n)/n and eta against speed for the lj chain, on a common axis."""
     points = measured.select("curves", "lj")
     full = min((p.speed for p in points if p.contacts == p.particles), default=float("nan"))
 

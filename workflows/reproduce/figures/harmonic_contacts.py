@@ -1,4 +1,4 @@
-"""Judge numbers of section II without a figure: contacts, and quantities independent of v0."""
+"""Judge numbers in section II that no figure shows: contacts, and quantities independent of v0."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -23,14 +23,14 @@ PAPER_CHAIN = 500
 
 
 def study(plan: ReproductionPlan) -> Study:
-    """Return one harmonic chain at many velocities."""
+    """Return the scenes of one harmonic chain at many velocities."""
     tolerance = 0.1 * plan.tolerance
     scenes = harmonic_chains((plan.curve_particles,), tolerance, plan.harmonic_velocities)
     return Study("harmonic_velocities", "harmonic chain at many velocities", scenes)
 
 
 def _by_lammps(measured: Measurements) -> tuple[list[MeasuredPoint], str]:
-    """Return LAMMPS's chains at many velocities, and a description of them."""
+    """Return the points that LAMMPS computed at many velocities, and a description of them."""
     points = measured.select("harmonic_velocities", "harmonic")
     ours = [p for p in points if p.source == "lammps"]
     if len(ours) < 2:
@@ -63,9 +63,9 @@ def difference_over_velocities(
     measured: Measurements, name: str, quantity: Callable[[MeasuredPoint, Answer], ArrayLike]
 ) -> ClaimFinding:
     """
-    Find how much a quantity varies that should be equal at all velocities of a chain.
+    Find how much a quantity varies that should not depend on the velocity of a chain.
 
-    The quantity has no error bar, so the difference of the engines is used instead.
+    Because the quantity has no error bar, the difference between the engines is its error.
     """
     ours, where = _by_lammps(measured)
     both = [[quantity(p, a) for a in p.answers] for p in ours if len(p.answers) == 2]
@@ -107,7 +107,7 @@ def _independence_of_modes(measured: Measurements) -> ClaimFinding:
 
 
 def paper_chain(measured: Measurements) -> MeasuredPoint:
-    """Return the chain of the paper's numbers in brackets, or raise NoNumber without a result."""
+    """Return the chain behind the paper's numbers in brackets; raise NoNumber without a result."""
     missing = f"no result at n = {PAPER_CHAIN}"
     return measured.select("harmonic_sizes", "harmonic", 1, missing, particles=PAPER_CHAIN)[0]
 
@@ -116,11 +116,12 @@ def number_of_paper_chain(
     quantity: Callable[[MeasuredPoint, Array, Array], tuple[float, str]],
 ) -> Callable[[Measurements], ClaimFinding]:
     """
-    Find a number of the chain behind the paper's numbers in brackets.
+    Find a number for the chain behind the paper's numbers in brackets.
 
-    `quantity` is a function of the chain, of the intervals between its contacts in units of
-    1/omega, and of the incoming speeds in units of v0. It returns the number and a description. The
-    number has no error bar, so the difference of the engines is used instead.
+    `quantity` is a function with three arguments: the chain, the intervals between its contacts in
+    units of 1/omega, and the incoming speeds in units of v0. It returns the number and a
+    description. Because the number has no error bar, the difference between the engines is its
+    error.
     """
 
     @wraps(quantity)
@@ -173,7 +174,7 @@ def _constant_speeds(point: MeasuredPoint, _intervals: Array, speeds: Array) -> 
 
 
 def _chain_of_two(measured: Measurements) -> tuple[MeasuredPoint, float, float]:
-    """Return the chain of two, the interval of its contacts, and the difference of the engines."""
+    """Return the chain of two, the interval between its contacts, and the engines' difference."""
     missing = "no result at n = 2"
     chain = measured.select("harmonic_sizes", "harmonic", 1, missing, particles=2)[0]
     times = chain.answer.arrays["contact_times"]
@@ -264,8 +265,8 @@ def _speed_of_two(measured: Measurements) -> ClaimFinding:
 @claim("eq. (10)", digits("1.15"), "v = 1.15 v₀", text="v = 1.15 v₀ at n = 500")
 @number_of_paper_chain
 def _incoming_speed(point: MeasuredPoint, _intervals: Array, speeds: Array) -> tuple[float, str]:
-    # Momentum conservation gives this number: the total change is n v0 (1 + e), and a contact
-    # contributes 2 v.
+    # This number follows from momentum conservation. The total change is n v0 (1 + e), and a
+    # contact at speed v contributes 2 v.
     momentum = (1.0 + point.restitution**0.5) / (2.0 * speeds.size / PAPER_CHAIN)
     return float(np.mean(speeds)), (
         f"mean over {speeds.size} contacts, {point.origin}; ± what the engines differ by; momentum "
@@ -280,8 +281,8 @@ def _incoming_speed(point: MeasuredPoint, _intervals: Array, speeds: Array) -> t
     text="leading order of eq. (11) in eq. (7): η = 1",
 )
 def _leading_order(measured: Measurements) -> ClaimFinding:
-    # With omega_j = pi j/n in eq. (7), the phase of each mode changes by whole periods during f dt
-    # = 2n.
+    # If omega_j = pi j/n in eq. (7), the phase of each mode changes by whole periods during f dt =
+    # 2n.
     n = PAPER_CHAIN
     linear = np.pi * np.arange(n) / n
     left = 2.0 / n * np.sum(basile_dumont_energies(n, frequencies=linear))

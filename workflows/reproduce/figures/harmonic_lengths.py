@@ -1,4 +1,4 @@
-"""Draw the dissipation of harmonic chains against their length (NH figure 3) and its law."""
+"""Draw the dissipation of harmonic chains against their length (NH figure 3), and its power law."""
 
 from functools import partial
 from typing import Any
@@ -22,19 +22,19 @@ _KEY = "harmonic_lengths"
 # The paper prints this factor in eq. (12).
 _PAPER_FACTOR = 0.652
 _POWER = -2.0 / 3.0
-# Fits that are judged begin at this length, because figure 3 shows that shorter chains do not
-# follow the law.
+# The judged fits begin at this length, because shorter chains in figure 3 do not follow the law.
 _LAW_FROM = 100
-# Fits over these other ranges show how the result depends on the range.
+# Fits over these ranges show how the result depends on the range.
 _RANGES = ((30, 300), (100, 1000), (200, 2000), (500, 20000), (1000, 20000))
 _PREFACTOR_RANGES = ((100, 1000), (1000.5, 3000), (3000.5, 20000))
-# Eta scatters with the phase of the last contacts, so this many lengths within 6 % are averaged.
+# Eta scatters with the phase of the last contacts, so results for this many lengths within 6 % are
+# averaged.
 _PHASES = 7
 _PARTS = np.linspace(0.94, 1.06, _PHASES)
 
 
 def study(plan: ReproductionPlan) -> Study:
-    """Return harmonic chains of all lengths, by LAMMPS and by the echo method."""
+    """Return the scenes of harmonic chains of all lengths, for LAMMPS and for the echo method."""
     near, tolerance = plan.harmonic_sizes, plan.tolerance
     far = harmonic_chains([n for n in plan.harmonic_far_sizes if n not in near], tolerance)
     title = "harmonic chains of many lengths"
@@ -42,7 +42,7 @@ def study(plan: ReproductionPlan) -> Study:
 
 
 def study_of_longest(plan: ReproductionPlan) -> Study:
-    """Return harmonic chains around the lengths that give the limit."""
+    """Return the scenes of harmonic chains from which the limit of long chains is found."""
     lengths = [round(n * part) for n in plan.harmonic_longest for part in _PARTS]
     scenes = harmonic_chains(lengths, plan.tolerance)
     title = "harmonic chains, for the limit of long ones"
@@ -53,10 +53,10 @@ def _longest_chains(
     measured: Measurements,
 ) -> tuple[list[tuple[int, float, float]], float, float]:
     """
-    Extrapolate the chains around each of the longest sizes to n -> infinity.
+    Extrapolate n^(2/3) (1 - eta) from the longest chains to n -> infinity.
 
-    Returns each size with the mean of n^(2/3) (1 - eta) around it and the standard error of this
-    mean, and the limit with its error.
+    Return, for each size, the size, the mean of n^(2/3) (1 - eta) over similar lengths, and the
+    standard error of this mean. Also return the limit and its error.
     """
     points = measured.points["harmonic_longest"]
     n, factors = column(points, "particles"), column(points, "scaled_dissipation")
@@ -77,14 +77,14 @@ def _curve(measured: Measurements) -> Curve:
 
 
 def _long(measured: Measurements) -> Curve:
-    """Return the chains that are long enough for fits and verdicts, or all chains if none is."""
+    """Return the chains that are long enough for fits; all chains if none is."""
     curve = _curve(measured)
     long = curve.between(_LAW_FROM, np.inf)
     return long if long.points else curve
 
 
 def _laws(measured: Measurements, power: float | None = None) -> list[PowerLaw]:
-    """Fit 1 - eta = A n^p, and A with fixed p, to the judged chains and over other ranges."""
+    """Fit 1 - eta = A n^p to the long chains and over other ranges; `power`, if given, fixes p."""
     fit = partial(Curve.power_law, exponent=power)
     ranges = _RANGES if power is None else _PREFACTOR_RANGES
     return [fit(_long(measured)), *_curve(measured).over(ranges, fit)]
@@ -151,7 +151,7 @@ def _formula_prefactor(measured: Measurements) -> ClaimFinding:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the figure of 1 - eta and of its ratio to the law against n, for harmonic chains."""
+    """Return the figure of 1 - eta, and of its ratio to the law, against n for harmonic chains."""
     points = measured.select("harmonic_sizes", "harmonic")
     laws, factors = _laws(measured), _laws(measured, _POWER)
     fit, mean = laws[0], factors[0]

@@ -1,4 +1,4 @@
-"""Draw the increase of dissipation with speed for bonds of order 3, 4 and 5 (NH figure 6)."""
+"""Draw how dissipation increases with speed for bonds of order 3, 4 and 5 (NH figure 6)."""
 
 from typing import Any
 
@@ -19,20 +19,20 @@ from chaincor.workflows.reproduce.plan import (
 )
 
 _KEY = "increase"
-# C and the slopes of figure 6 are fitted over this range. The paper fits at low speed without
-# stating a range, so we take the decade that begins at the slowest speed of its figures, 0.008 v*.
+# C and the slopes of figure 6 are fitted over this range. The paper fits "at low speed" without a
+# range, so we use about the decade from the slowest speed in its figures, 0.008 v*.
 FIT_RANGE = (0.01, 0.1)
-# The two halves of the range, and a range up to the fastest speed, show how the fits depend on the
-# range.
+# Fits over the two halves of the range, and up to the fastest speed, show how the result depends on
+# the range.
 RANGES = (FIT_RANGE, (0.01, 0.0317), (0.0317, 0.1), (0.01, np.inf))
-# The slowest speeds, of this number, give the power in the limit v0 -> 0.
+# The power in the limit v0 -> 0 is found from this number of slowest speeds.
 _SLOWEST = 4
-# The paper prints these slopes in figure 6, by the order r of the lowest anharmonic term.
+# Slopes that the paper prints in figure 6, by the order r of the lowest anharmonic term.
 _PAPER_SLOPES = {3: "1.34", 4: "2.09", 5: "3.14"}
 
 
 def study(plan: ReproductionPlan) -> Study:
-    """Return power chains of the three orders, and the harmonic chain."""
+    """Return the scenes of power chains of the three orders, and of the harmonic chain."""
     lengths, tolerances = (plan.curve_particles,), plan.increase_tolerances
     scenes = harmonic_chains(lengths, min(tolerances.values()))
     for order, c in PAPER_ORDERS.items():
@@ -43,9 +43,9 @@ def study(plan: ReproductionPlan) -> Study:
 
 def increase_of(points: list[MeasuredPoint], harmonic: MeasuredPoint) -> Curve:
     """
-    Return 1 - eta less 1 - eta of the harmonic chain of equal length, against v0/v*.
+    Return 1 - eta minus its value for the harmonic chain of equal length, against v0/v*.
 
-    The result of the reference engine for the harmonic chain is preferred, because it is exact.
+    For the harmonic chain, the result of the reference engine is preferred, because it is exact.
     """
     exact = harmonic.restitution, harmonic.error
     if harmonic.reference is not None and harmonic.reference.result:
@@ -56,9 +56,9 @@ def increase_of(points: list[MeasuredPoint], harmonic: MeasuredPoint) -> Curve:
 
 def shortening_of(points: list[MeasuredPoint], harmonic: MeasuredPoint) -> Curve:
     """
-    Return t_c of the harmonic chain less t_c of the chain, against v0/v*.
+    Return t_c of the harmonic chain minus t_c of the chain, against v0/v*.
 
-    Contact times have no error bar, so the difference of the engines is used instead.
+    Because contact times have no error bars, the difference between the engines is their error.
     """
     both = np.array(
         [
@@ -72,9 +72,9 @@ def shortening_of(points: list[MeasuredPoint], harmonic: MeasuredPoint) -> Curve
 
 def local_powers(curve: Curve) -> tuple[Array, Array]:
     """
-    Return the local power between neighbouring speeds, and the speeds halfway between them.
+    Return the geometric means of neighbouring speeds, and the local powers between these speeds.
 
-    The power is nan if dissipation does not increase.
+    A power is nan if a value of the curve is not positive.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         powers = np.diff(np.log(curve.y)) / np.diff(np.log(curve.x))
@@ -83,12 +83,12 @@ def local_powers(curve: Curve) -> tuple[Array, Array]:
 
 def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> ClaimFinding:
     """
-    Find the power of an increase in the limit v0 -> 0.
+    Find the power of v0 with which an increase grows, in the limit v0 -> 0.
 
-    The next term of the increase is smaller by v0^(r-2), where r is the `order` of the lowest
-    anharmonic term. The local power is therefore linear in v0^(r-2), and a straight line through
-    the slowest speeds gives the limit. Its error is the sum of the change with one speed less and
-    of the change that the error bars of eta allow.
+    The next term of the increase is smaller by the factor v0^(r-2), where r is the `order` of the
+    lowest anharmonic term. At low speed, the local power is therefore linear in v0^(r-2), and a
+    straight line through the slowest speeds gives the limit. The error is the sum of two changes:
+    that with one speed less, and that within the error bars of eta.
     """
     places, powers = local_powers(curve)
     if not powers.size:
@@ -110,7 +110,7 @@ def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> Cla
 
 
 def _both(measured: Measurements, order: int) -> tuple[list[MeasuredPoint], MeasuredPoint]:
-    """Return the chains of an order and the harmonic chain."""
+    """Return the power chains of an order, and the harmonic chain."""
     power = measured.select(_KEY, "power", 1, power_order=order)
     return power, measured.select(_KEY, "harmonic", 1)[0]
 
@@ -118,7 +118,7 @@ def _both(measured: Measurements, order: int) -> tuple[list[MeasuredPoint], Meas
 def increases(
     measured: Measurements, study: str = _KEY, potential: str = "power", by: str = "power_order"
 ) -> dict[int, Curve]:
-    """Return the increase for each value that a field has in a study's scenes."""
+    """Return the increase of dissipation for each value that a field has in a study's scenes."""
     found = {}
     for value in sorted({getattr(p.scene, by) for p in measured.select(study, potential)}):
         points = measured.select(study, potential, **{by: value})
@@ -258,7 +258,7 @@ def figure(measured: Measurements) -> Figure:
 
 
 def increase_records(found: dict[int, Curve], name: str) -> list[dict[str, Any]]:
-    """Return increases as rows; `name` is the column that distinguishes them."""
+    """Return increases as rows of data; the column `name` distinguishes them."""
     return [
         {
             name: key,

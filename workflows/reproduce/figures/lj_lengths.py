@@ -17,18 +17,18 @@ from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, ReproductionPla
 
 _KEY = "lj_lengths"
 _SLOW = PAPER_SIZE_SPEEDS[-1]
-# Slow chains reach a constant late, so the fits use each curve from this fraction of its longest
-# chain on.
+# Slow chains reach a constant only if they are long. The fits therefore use the last part of each
+# curve, from the longest length divided by this number.
 _LAST_PART = 5.0
-# The cost of LAMMPS grows as n^2 v0/v*. A point beyond this value would take 3 to 8 % of the total
-# time.
+# The cost of a LAMMPS run grows as n^2 v0/v*. A point with a larger value would take 3 to 8 % of
+# the total time.
 _DEAREST = 3e5
-# At these lengths, slow chains still look harmonic.
+# In this range of lengths, slow chains still look harmonic.
 _BEFORE = (100, 1000)
 
 
 def study(plan: ReproductionPlan) -> Study:
-    """Return lj chains of many lengths at the paper's speeds."""
+    """Return the scenes of lj chains of many lengths at the paper's speeds."""
     near: tuple[Scene, ...] = ()
     dear: tuple[Scene, ...] = ()
     for u in PAPER_SIZE_SPEEDS:
@@ -45,7 +45,7 @@ def _curve(measured: Measurements, speed: float) -> Curve:
 
 
 def _last_parts(measured: Measurements) -> dict[float, Curve]:
-    """Return the last part of each curve, which gives the exponent, by speed."""
+    """Return the last part of the curve at each speed, which determines the exponent."""
     curves = {speed: _curve(measured, speed) for speed in PAPER_SIZE_SPEEDS}
     return {
         speed: curve.between(curve.x[-1] / _LAST_PART, np.inf)
@@ -120,15 +120,15 @@ def _exponent(measured: Measurements, speed: float) -> ClaimFinding:
 
 
 def long_chains(measured: Measurements) -> str:
-    """Describe whether dissipation vanishes in long chains at some speed."""
+    """Describe at which speeds dissipation vanishes in long chains."""
     parts = {speed: part for speed, part in _last_parts(measured).items() if part.x.size > 1}
     if not parts:
         raise NoNumber("Too few lengths to say.")
     n, longest = np.array([part.x[[0, -1]] for part in parts.values()]).T
     lost, left = np.array([part.y[[0, -1]] for part in parts.values()]).T
     fall = (lost - left) / lost
-    # The measured decrease is compared with the decrease of the harmonic part, and with the
-    # decrease of 1 - eta by the harmonic law.
+    # The measured decrease is compared with the decrease of the harmonic part, and with that of 1 -
+    # eta according to the harmonic law.
     harmonic = (harmonic_dissipation_law(n) - harmonic_dissipation_law(longest)) / lost
     expected = 1.0 - (longest / n) ** (-2.0 / 3.0)
     falling = np.any(2.0 * fall > expected)
@@ -155,7 +155,7 @@ def _percent(shares: Array) -> str:
 
 
 def middle_speeds(measured: Measurements) -> str:
-    """Describe the findings at the speeds that the paper plots without comment."""
+    """Describe the results at the speeds that the paper plots without comment."""
     parts = [
         f"at {speed:g} v* 1 − η = {part.y[-1]:.4f} at n = {part.x[-1]:.0f}, exponent "
         f"{part.power_law().exponent:z.2f} from n = {part.x[0]:.0f} to {part.x[-1]:.0f}"

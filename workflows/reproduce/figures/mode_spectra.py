@@ -1,4 +1,4 @@
-"""Draw the modes and the forms of the lost energy against the speed, beyond the paper."""
+"""Draw the modes' energies and the forms of the lost energy against speed; not in the paper."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, dra
 from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, LAST, FreeFlight
 
 _DECADES = 6.0
-# The panel of curves shows the measured speeds nearest to these speeds.
+# The panel with curves shows those measured speeds that are nearest to these speeds.
 _SHOWN = (0.01, 0.1, 0.4, 0.562, 0.78, 2.0, 5.0)
 
 
@@ -63,7 +63,7 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
 
 
 def _harmonic_until(flights: tuple[FreeFlight, ...]) -> float:
-    """Return the lowest speed at which harmonic energies have an error above 1 %."""
+    """Return the lowest speed at which the harmonic energies are wrong by more than 1 %."""
     off = [f.speed for f in flights if abs(f.harmonic / f.point.dissipation - 1.0) > 0.01]
     return min(off, default=float("nan"))
 
@@ -95,13 +95,13 @@ def lost_energy(flights: tuple[FreeFlight, ...]) -> str:
 
 
 def _half_of_kinetic(flight: FreeFlight) -> int:
-    """Return the mode j >= 1 up to which the modes hold half of the internal kinetic energy."""
+    """Return the mode up to which the modes j >= 1 have half of the internal kinetic energy."""
     total = np.cumsum(flight.kinetic[1:])
     return int(np.searchsorted(total, 0.5 * total[-1])) + 1
 
 
 def _draw_map(ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
-    """Draw the shares of all modes at all speeds; return the largest share."""
+    """Draw the energy shares of all modes at all speeds, and return the largest share."""
     from matplotlib.colors import LogNorm
 
     shares = np.array([f.kinetic[1:] for f in flights])
@@ -110,14 +110,14 @@ def _draw_map(ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
     modes, speeds = np.arange(1, shares.shape[1] + 1), [f.speed for f in flights]
     mesh = draw_map(ax, modes, speeds, np.maximum(shares, floor), LogNorm(floor, top))
     ax.set(xscale="log", yscale="log", xlabel=r"mode $j$", ylabel=IMPACT_SPEED)
-    # The colour bar is above the panel, so that the axes of the panels line up.
+    # The colour bar is above the panel, so that all panels have the same width.
     label = "kinetic energy / energy at impact"
     ax.figure.colorbar(mesh, ax=ax, location="top", label=label, pad=0.02)
     return top
 
 
 def _draw_curves(ax: Axes, flights: tuple[FreeFlight, ...], top: float) -> None:
-    """Draw the shares of the modes at a few speeds."""
+    """Draw the energy shares of the modes at a few speeds."""
     nearest = [min(flights, key=lambda f: abs(np.log(f.speed / speed))) for speed in _SHOWN]
     shown = {flight.speed: flight for flight in nearest}.values()
     for flight, color, marker in zip(shown, CYCLE, MARKERS, strict=False):

@@ -1,4 +1,4 @@
-"""Draw intervals between contacts: the wall's frequency, and shortening for pairs (NH eq. 15)."""
+"""Draw how intervals between contacts shorten for pairs (NH eq. 15), and judge related claims."""
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from chaincor.workflows.reproduce.figures.harmonic_contacts import number_of_pap
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber, column
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, chains
 
-# The tolerance of eta is small, because the chain of two is judged by the interval of its contacts,
-# and its eta is always nearly 1.
+# The tolerance of eta is small, because the chain of two is judged by the interval between its
+# contacts, while its eta is always nearly 1.
 _TOLERANCE = 1e-10
 _BOND = LennardJones()
 
@@ -41,16 +41,16 @@ def _external_frequency(
 
 
 def study(plan: ReproductionPlan) -> Study:
-    """Return lj chains of two particles."""
+    """Return the scenes of lj chains with two particles."""
     scenes = chains("lj", (2,), plan.pair_speeds, _TOLERANCE)
     return Study("pair", "chain of two, for α", scenes)
 
 
 def _alphas(points: list[MeasuredPoint]) -> Array:
     """
-    Return (1 - sqrt(2) dt/pi)/(v0/v*) of chains of two, which tends to alpha at low speed.
+    Return (1 - sqrt(2) dt/pi)/(v0/v*) for chains of two, which tends to alpha at low speed.
 
-    The value is nan if there are not two contacts.
+    The value is nan unless there are exactly two contacts.
     """
     times = [point.answer.arrays.get("contact_times", np.empty(0)) for point in points]
     intervals = np.array([t[1] - t[0] if len(t) == 2 else np.nan for t in times])
@@ -93,7 +93,7 @@ def _alpha(measured: Measurements) -> ClaimFinding:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the figure of the shortened interval of two particles, with the exact quadrature."""
+    """Return the figure of the shortened interval for two particles, with results of quadrature."""
     points = measured.select("pair", "lj")
     values = _alphas(points)
 

@@ -1,4 +1,4 @@
-"""Draw restitution against speed for three bonds (NH figure 4), and judge its features."""
+"""Draw restitution against speed for three bonds (NH figure 4), and judge claims about it."""
 
 from collections.abc import Iterable, Sequence
 from itertools import combinations
@@ -20,29 +20,29 @@ from chaincor.workflows.reproduce.drawing import (
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber, column
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, ReproductionPlan, Study, chains
 
-# Differences and limits are compared with the range of eta along our curve of lj chains.
+# Differences and limits are compared with the range of eta in our curve for lj chains.
 FALL = (0.26, "0.26, by which η of lj chains falls (here)")
 _KEY = "restitution_curves"
-# The bonds are in the paper's order, with their names in the legend.
+# Bonds in the paper's order, with their names in the legend.
 _BONDS = {"lj": "Lennard-Jones", "toda": r"Toda ($b=10$)", "log": "logarithmic"}
-# The limit v0 -> 0 comes from this many of the slowest speeds.
+# The limit v0 -> 0 is found from this number of slowest speeds.
 _SLOWEST = 4
 
 
 def study(plan: ReproductionPlan) -> Study:
-    """Return chains of all three bonds at all speeds."""
+    """Return the scenes of chains with each of the three bonds at all speeds."""
     lengths, speeds = (plan.curve_particles,), plan.curve_speeds
     scenes = (chains(name, lengths, speeds, plan.tolerance) for name in _BONDS)
     return Study("curves", "η against speed, lj, toda, log", sum(scenes, ()))
 
 
 def curves(measured: Measurements) -> dict[str, list[MeasuredPoint]]:
-    """Return the points of each bond."""
+    """Return the points for each bond."""
     return {name: measured.select("curves", name) for name in _BONDS}
 
 
 def minima(measured: Measurements) -> dict[str, Minimum]:
-    """Return the minimum of eta(v) of each bond."""
+    """Return the minimum of eta(v) for each bond."""
     return {
         name: find_minimum(column(points, "speed"), column(points, "restitution"))
         for name, points in curves(measured).items()
@@ -77,7 +77,7 @@ def _low_speed_limit(measured: Measurements) -> ClaimFinding:
 
 
 def _limit(harmonic: MeasuredPoint, points: list[MeasuredPoint]) -> tuple[float, float]:
-    """Return eta of the harmonic chain less the limit of eta at v0 -> 0, and the error."""
+    """Return eta of the harmonic chain minus the limit of eta as v0 -> 0, and the error."""
     speeds, gaps = column(points, "speed"), harmonic.restitution - column(points, "restitution")
     limit, change = limit_at_zero(speeds, gaps, 2)
     weights = np.abs(np.linalg.pinv(np.vander(speeds, 3))[2])
@@ -153,7 +153,7 @@ def _gap(pair: tuple[MeasuredPoint, MeasuredPoint]) -> float:
 
 
 def unit_of_speed(measured: Measurements) -> str:
-    """Explain why speeds are given as v0/v* throughout."""
+    """Explain why the report gives all speeds as v0/v*."""
     lj = measured.select("curves", "lj", 1)
     natural = {name: Scene(potential=name, speed=1.0).impact_velocity for name in _BONDS}
     lows = {name: low.place for name, low in minima(measured).items()}
@@ -223,7 +223,7 @@ def figure(measured: Measurements) -> Figure:
 
 
 def describe_open(points: Sequence[MeasuredPoint]) -> str:
-    """Name the points of a curve that show the reference engine's number, not LAMMPS's."""
+    """Name the points of a curve that show the reference engine's result instead of LAMMPS's."""
     missed = [p for p in points if p.source == "reference" and len(p.answers) == 2]
     if not missed:
         return ""
@@ -235,7 +235,7 @@ def describe_open(points: Sequence[MeasuredPoint]) -> str:
 
 
 def _not_given(points: Sequence[MeasuredPoint]) -> str:
-    """Describe the fast chains that LAMMPS does not run, and the values shown instead."""
+    """Describe the fast chains that LAMMPS does not run, and the results shown instead."""
     ours = [p for p in points if p.lammps is not None and not p.lammps.result]
     integrated = [p.speed for p in points if p.source is not None and not p.is_limit]
     if not ours or not integrated:
@@ -269,7 +269,7 @@ def describe_bars(points: Sequence[MeasuredPoint]) -> str:
 
 
 def _left_open(point: MeasuredPoint) -> str:
-    """Describe eta after the last contact seen, and how much a later contact could change it."""
+    """Describe eta after the last computed contact, and how much later contacts could change it."""
     if not point.is_open:
         return ""
     eta, bar = point.restitution, point.error

@@ -1,4 +1,4 @@
-"""Schematic of a chain and a rigid wall (NH figure 1), with explicit directions."""
+"""Draw a chain and a rigid wall (NH figure 1), with the directions of velocities."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ _PARTICLES = 6
 
 
 def figure(_measured: Measurements) -> Figure:
-    """Return the schematic, a drawing without data."""
+    """Return the schematic drawing, which has no data."""
     return Figure(
         key="schematic",
         title="A one-dimensional chain and a rigid wall",

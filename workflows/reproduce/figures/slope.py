@@ -1,4 +1,4 @@
-"""Draw the constant C of 1 - eta = C v0/v* at low speed (NH eq. 18) against speed and length."""
+"""Draw the constant C in 1 - eta = C v0/v* at low speed (NH eq. 18) against speed and length."""
 
 from dataclasses import replace
 
@@ -24,14 +24,14 @@ from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, chains, harmonic_chains
 
 _KEY = "slope"
-# The paper prints these numbers for C and for alpha, the shortening of the interval of two lj
+# Values that the paper prints for C, and for alpha, the shortening of the interval for two lj
 # particles.
 _PAPER_ALPHA = 0.808
 _PAPER_SLOPE = 2.61
 
 
 def study(plan: ReproductionPlan) -> Study:
-    """Return lj and harmonic chains of several lengths at low speed."""
+    """Return the scenes of lj and harmonic chains of several lengths at low speed."""
     near, far = (
         chains("lj", lengths, plan.slope_speeds, plan.tolerance)
         for lengths in (plan.slope_sizes, plan.slope_far_sizes)
@@ -46,7 +46,7 @@ def study(plan: ReproductionPlan) -> Study:
 
 
 def _theory() -> float:
-    """Return C = 4 alpha, which follows from the paper's theory for lj."""
+    """Return C = 4 alpha, the result of the paper's theory for lj."""
     return low_speed_dissipation_slope(pair_interval_slope(LennardJones()))
 
 
@@ -77,12 +77,12 @@ def _theoretical_slope(measured: Measurements) -> ClaimFinding:
 
 
 def _increases(measured: Measurements) -> dict[int, Curve]:
-    """Return the increase of dissipation of lj chains, for each length."""
+    """Return the increase of dissipation in lj chains for each length."""
     return increases(measured, "slopes", "lj", "particles")
 
 
 def _all_slopes(found: dict[int, Curve]) -> list[float]:
-    """Return C of all lengths over all ranges."""
+    """Return C for all lengths, fitted over all ranges."""
     slopes = [
         line.prefactor for increase in found.values() for line in increase.over(RANGES, Curve.line)
     ]
@@ -173,7 +173,7 @@ def _power_of_other_types(measured: Measurements) -> ClaimFinding:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the figure of the increase over the speed, which is constant if 1 - eta = C v0/v*."""
+    """Return the figure of the increase over speed, which is constant if 1 - eta = C v0/v*."""
     found = _increases(measured)
     compared = max((n for n, i in found.items() if i.points[0].agrees is not None), default=0)
 

@@ -1,4 +1,4 @@
-"""Draw the dissipation of slow long chains on one curve of kappa v0 n^(2/3), beyond the paper."""
+"""Draw the dissipation of slow long chains, which lies on one curve in kappa v0 n^(2/3)."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -30,28 +30,28 @@ _BONDS: dict[str, dict[str, Any]] = {
     "log": {"potential": "log"},
 }
 _SHORTEST = 28
-# Chains beyond this value are not slow at any computed length.
+# At values of kappa v0 n^(2/3) beyond this, chains of no computed length are slow.
 _LAST = 30.0
-# Eta scatters with the phase of the last contacts, so lengths within 6 % of each size are averaged.
-# Toda chains of other b are similar chains, so one length shows them.
+# Eta scatters with the phase of the last contacts, so results for lengths within 6 % of each size
+# are averaged. Toda chains with other b are similar, so one length is enough for them.
 _PARTS = {name: np.linspace(0.94, 1.06, 5) for name in ("lj", "toda, b = 10", "log")}
 _NEAR, _LONGEST_MEAN = 0.07, 1000
-# The panel of distances ends at this y.
+# The panel with the distances from the curve ends at this value of kappa v0 n^(2/3).
 _SLOW = 5.0
-# Chains with a larger kappa v0 have steep fronts and do not count as slow.
+# Chains with a larger kappa v0 have steep fronts and are not slow.
 _FASTEST = 0.6
-# The paper gives these values of C for lj, from simulation and from its theory.
+# Values of C that the paper gives for lj, from simulation and from its theory.
 _PAPER_SLOPES = {"lj": (0.66, 2.61)}
 
 
 def study(plan: ReproductionPlan) -> Study:
-    """Return chains of five bonds at equal kappa v0 n^(2/3), for the reference engine."""
+    """Return the scenes of chains with five bonds at equal kappa v0 n^(2/3)."""
     scenes = []
     for name, size, variable in product(_BONDS, plan.slow_sizes, plan.slow_variables):
         if variable > _FASTEST * size ** (2.0 / 3.0):
             continue
-        # There are few chains beyond a thousand particles, because the cost of a chain grows as the
-        # square of its length.
+        # Only few chains are longer than a thousand particles, because the cost grows as the square
+        # of the length.
         parts = _PARTS.get(name, (1.0,)) if size <= _LONGEST_MEAN else (1.0,)
         for n in sorted({round(size * part) for part in parts}):
             scene = Scene(**_BONDS[name], particles=n, velocity=1e-3, tolerance=plan.tolerance)
@@ -61,13 +61,13 @@ def study(plan: ReproductionPlan) -> Study:
 
 
 def variable_of(point: MeasuredPoint) -> float:
-    """Return kappa v0 n^(2/3) of a point."""
+    """Return kappa v0 n^(2/3) for a point."""
     scene = point.scene
     return slow_chain_variable(scene.bond, scene.particles, scene.impact_velocity)
 
 
 def slow_long_chains(measured: Measurements) -> dict[str, list[MeasuredPoint]]:
-    """Return all slow chains within the range of the curve, by bond."""
+    """Return, for each bond, all slow chains within the range of the curve."""
     points = {
         point.scene: point
         for key in (_KEY, "slopes", "sizes", "curves")
@@ -85,7 +85,7 @@ def slow_long_chains(measured: Measurements) -> dict[str, list[MeasuredPoint]]:
 
 @dataclass(frozen=True)
 class Mean:
-    """Mean of n^(2/3) (1 - eta) over chains of one bond, size and y."""
+    """Mean of n^(2/3) (1 - eta) over chains with equal bond, similar length and equal variable."""
 
     bond: str
     size: int
@@ -93,13 +93,13 @@ class Mean:
     chains: int
     scaled_loss: float
     error: float  #: Standard error of the mean, or the error bar of a single chain.
-    #: n^(1/3) times the mean distance from the curve.
+    #: Mean difference from the limiting curve, times n^(1/3).
     distance: float
     distance_error: float
 
 
 def means(measured: Measurements) -> list[Mean]:
-    """Return means over chains of nearly the same length, for each length of the plan."""
+    """Return means over chains of nearly equal length, for each length in the plan."""
     found = []
     plan, groups = measured.plan, slow_long_chains(measured)
     for name, size, variable in product(_BONDS, plan.slow_sizes, plan.slow_variables):
@@ -125,7 +125,7 @@ def means(measured: Measurements) -> list[Mean]:
 
 
 def slopes_by_bond(measured: Measurements) -> list[dict[str, Any]]:
-    """Return C of long chains by bond: from theory, from our longest chain, and from the paper."""
+    """Return C for long chains with each bond: from theory, our longest chain, and the paper."""
     rows = []
     for name, group in slow_long_chains(measured).items():
         steep = [p for p in group if variable_of(p) >= 8.0]
@@ -159,7 +159,7 @@ def infinite_chain(measured: Measurements) -> str:
     rows = slopes_by_bond(measured)
     if not rows:
         raise NoNumber("Too few long chains to say.")
-    # Toda chains of every b have the same C.
+    # Toda chains have the same C for every b.
     slopes = {row["bond"].partition(",")[0]: f"{row['slope']:.3f}" for row in rows}
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
@@ -175,12 +175,12 @@ def infinite_chain(measured: Measurements) -> str:
 
 
 def figure(measured: Measurements) -> Figure:
-    """Return the figure of n^(2/3) (1 - eta) against kappa v0 n^(2/3), and of its approach."""
+    """Return the figure of n^(2/3) (1 - eta) against kappa v0 n^(2/3), and of its limit."""
     rows = means(measured)
     sizes = sorted({row.size for row in rows})
     colors = dict(zip(_BONDS, CYCLE, strict=False))
     markers = dict(zip(sizes, MARKERS, strict=False))
-    # Bonds are drawn side by side, because bonds of the same length and y would hide each other.
+    # Points of different bonds are drawn side by side, because they would hide each other.
     aside = {name: 1.0 + 0.05 * (place - 2) for place, name in enumerate(_BONDS)}
 
     def draw(above: Axes, below: Axes) -> None:

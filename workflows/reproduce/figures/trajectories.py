@@ -1,4 +1,4 @@
-"""Draw trajectories of the harmonic chain (NH figure 2); judge order and orbits of particles."""
+"""Draw the harmonic chain's trajectories (NH figure 2), and judge claims about them."""
 
 from functools import cache
 
@@ -21,23 +21,23 @@ from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNu
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, harmonic_chains
 
 _KEY = "trajectories"
-# At this impact speed the compression is visible in the figure. Eta of a harmonic chain does not
-# depend on the speed.
+# At this impact speed the compression is visible in the figure. The eta of a harmonic chain does
+# not depend on the speed.
 _VELOCITY = 0.4
 _NUMERICS = Numerics(scheme="order8", timestep=0.1)
 _FRAME_INTERVAL = 0.1
-# The figure shows this many sound crossings, which cover the contacts and a short time afterwards.
+# The figure covers this many sound crossings: the contacts and a short time afterwards.
 _SHOWN = 2.25
-# These impact speeds are in units of the speed of sound. The wall compresses bonds by v0, and the
-# front overshoots, so particles may cross.
+# Impact speeds in units of the speed of sound. The wall compresses bonds by v0, and the front
+# overshoots, so the coordinates of particles may cross.
 _FAST = (0.6, 0.7, 0.8, 1.0)
 
 
 def study(plan: ReproductionPlan) -> Study:
     """
-    Return fast harmonic chains for the reference engine.
+    Return the scenes of fast harmonic chains for the reference engine.
 
-    The coordinates of particles may also cross in LAMMPS.
+    In LAMMPS, too, the coordinates of particles may cross.
     """
     scenes = harmonic_chains((plan.curve_particles,), plan.tolerance, _FAST)
     return Study("order", "fast harmonic chains, for the order of particles", (), scenes)
@@ -98,7 +98,7 @@ def _order_of_particles(measured: Measurements) -> ClaimFinding:
     )
 
 
-# The scale is the distance that the chain travels at v0 in a unit of time.
+# The scale is the distance that the chain travels at v0 in one unit of time.
 @claim(
     "section II",
     exact(0.0, 1.0),
@@ -123,7 +123,8 @@ def _similar_orbits(measured: Measurements) -> ClaimFinding:
 def _largest_amplitude(measured: Measurements) -> ClaimFinding:
     n = 20
     _, frames = _followed(n)
-    # The front passes particle n/4 before the time n/2, and has not returned to it at 3n/2.
+    # The front passes particle n/4 before the time n/2, and has not returned to this particle at
+    # 3n/2.
     pressed = (frames.times > 0.75 * n) & (frames.times < 1.25 * n)
     near = frames.displacements[pressed][:, : n // 4]
     amplitudes = np.std(near, axis=0) / _VELOCITY
@@ -169,7 +170,7 @@ def _spectrum(measured: Measurements) -> ClaimFinding:
 
 
 def figure(_measured: Measurements) -> Figure:
-    """Run the chains of 19 and 20 in LAMMPS and return the figure."""
+    """Run chains of 19 and 20 particles in LAMMPS, and return the figure."""
     runs = {n: _followed(n) for n in (19, 20)}
     etas = "; ".join(
         f"n = {n}: η = {float(np.mean(outcome.velocities) / _VELOCITY) ** 2:.6f}"
