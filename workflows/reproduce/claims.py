@@ -186,7 +186,7 @@ class Claim:
         return ""
 
     def errors_away(self, finding: ClaimFinding) -> float:
-        """Return the difference from the paper's number, divided by our error bar; otherwise nan."""
+        """Return the difference from the paper's number in units of our error bar, or nan."""
         if self.margin.is_trend or not finding.error > 0.0:
             return math.nan
         return abs(finding.value - self.margin.paper) / finding.error

@@ -56,7 +56,7 @@ class FreeFlight:
 
     @property
     def harmonic(self) -> float:
-        """Sum of harmonic mode energies (j >= 1) at the last contact, relative to the impact energy."""
+        """Harmonic energy of the modes j >= 1 at the last contact, over the energy at impact."""
         energies = self.point.answer.arrays["mode_energies"]
         return float(np.sum(energies[1:])) / self.point.energy
 
