@@ -26,7 +26,7 @@ from chaincor.workflows.memory_limit import memory_is_short
 
 
 class _LazyGroup(click.Group):
-    """Group of commands that imports a command's module in ``commands/`` when it is called."""
+    """Group of commands; the module of a command is imported when the command is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -80,12 +80,12 @@ def program() -> None:
 
 
 class _TerminatedError(KeyboardInterrupt):
-    """Exception for SIGTERM, which batch systems send before they kill; it acts like Ctrl-C."""
+    """Exception that SIGTERM raises; batch systems send SIGTERM before they kill a job."""
 
 
 @contextlib.contextmanager
 def _terminable() -> Iterator[None]:
-    """End the program as an exception on SIGTERM, so that it removes temporary files."""
+    """Let SIGTERM raise an exception, so that the program removes its temporary files."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -100,7 +100,7 @@ def _terminable() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-# `run_command_line` returns this status if the output was lost and the error is already printed.
+# `run_command_line` returns this status if output was lost and the error has been printed.
 _OUTPUT_LOST = -1
 
 
@@ -113,12 +113,12 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _is_printed() -> bool:
-    """Return whether all output reached standard output; print an error if it did not."""
+    """Return whether all output reached standard output; print an error if some was lost."""
     try:
         if sys.stdout is None:
             raise OSError("it is closed")
         sys.stdout.flush()
-    except BrokenPipeError:  # A reader such as `head` closed the pipe.
+    except BrokenPipeError:  # A program such as `head`, which reads the pipe, closed it.
         sys.stdout = None
         return False
     except (OSError, ValueError) as error:
@@ -133,7 +133,7 @@ def _is_printed() -> bool:
     return True
 
 
-# MPI launchers store the number of processes and the index of each process in these variables.
+# MPI launchers store the number of processes, and the index of each process, in these variables.
 _LAUNCHERS = (("PMI_SIZE", "PMI_RANK"), ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"))
 
 
@@ -171,7 +171,7 @@ def run_command_line(arguments: list[str] | None) -> int:
             status = program.main(args=arguments, prog_name="chaincor", standalone_mode=False)
     except click.ClickException as error:
         if isinstance(error, HELP_WANTED) and isinstance(error, click.UsageError) and error.ctx:
-            # A command that needs arguments and gets none shows its help.
+            # Show the help of a command that needs arguments and gets none.
             click.echo(error.ctx.get_help())
             return 0
         print_error(usage_message(error))

@@ -78,34 +78,34 @@ def collide(
     progress: bool = True,
 ) -> Collision | list[Collision] | list["Row"]:
     """
-    Carry out one collision, or several.
+    Compute one collision or several collisions.
 
-    A scene with explicit numerics is run with them. Runs at half the step and at two other steps
-    give its error bar. Other scenes are run with the cheapest numerics that usually meet the
-    tolerance, and a run at a second step checks the error.
+    A scene with explicit numerics is run with these numerics; its error bar comes from runs at half
+    the step and at two other steps. Other scenes are run with the cheapest numerics that usually
+    meet the tolerance; their error bars come from runs at other steps.
 
     Parameters
     ----------
     scene : Scene or iterable of Scene
-        Bodies, engine and numerics. Several scenes run in worker processes if they take longer than
-        a few seconds together or go into a store. A script then needs the usual ``if __name__ ==
-        "__main__":``.
+        Bodies, engine and numerics. Several scenes run in worker processes if together they take
+        longer than a few seconds, or if their results go into a store. A script then needs the
+        usual ``if __name__ == "__main__":``.
     tolerance : float, optional
-        Absolute tolerance of eta; overrides the scene's tolerance.
+        Absolute tolerance of eta; replaces the tolerance of the scene.
     store : Store or path, optional
-        Store for the results of several scenes, as in ``chaincor sweep``. Stored results are not
-        computed again.
+        Store for the results, as in ``chaincor sweep``. Stored results are not computed again.
     arrays : bool
-        Whether the store keeps contacts, mode energies and final states.
+        Whether contacts, mode energies and final states are written to the store.
     most_seconds : float
         Time limit of each collision. A collision that is expected to take longer is not started. At
-        the limit a collision returns the accuracy reached so far, or fails if it has no number yet.
+        the limit, a collision returns its most accurate result so far, or fails if it has no result
+        yet.
     workers : int, optional
-        Number of worker processes for several scenes; one per core by default.
+        Number of worker processes for several scenes; by default one per core.
     executor : concurrent.futures.Executor or distributed.Client, optional
-        Executor or Dask client that computes several scenes instead of new processes; it stays
-        open. `workers` is then the number of its workers, if the executor does not know it. Threads
-        compute one collision at a time.
+        Executor or Dask client that computes several scenes, in place of new processes; it stays
+        open. `workers` is then the number of workers in the executor, needed if the executor does
+        not know this number. Threads compute only one collision at a time.
     progress : bool
         Whether to show a progress bar for several scenes, on a terminal or in a notebook.
 
@@ -113,9 +113,9 @@ def collide(
     -------
     Collision, list of Collision or list of Row
         The result, or a list of results in the order of the scenes. A notebook shows the list as a
-        table. If a tolerance is missed, `tolerance_met` is False and `reason` says why. With a
-        store, the list contains rows of the store. A row of a failed collision has `result` None
-        and the reason in `failure`.
+        table. If a collision misses its tolerance, `tolerance_met` is False and `reason` states
+        why. With a store, the list contains rows of the store. In the row of a failed collision,
+        `result` is None and `failure` states the reason.
 
     Raises
     ------
@@ -123,13 +123,14 @@ def collide(
         If `scene` is not a scene, if a tolerance is given together with explicit numerics, or if
         outputs cannot be written.
     CostError
-        If the collision is expected to exceed `most_seconds`, or reached it before it had a number.
+        If the collision is expected to exceed `most_seconds`, or reached this limit without a
+        result.
     StoreError, StoreWriteError
-        If the store cannot be used or written. Results already stored are kept.
+        If the store cannot be used or written. Results that are already stored are kept.
     SchedulerError
-        If the executor takes no tasks, or lost its workers.
+        If the executor accepts no tasks or has lost its workers.
     RunError
-        If there is no trustworthy number; each cause has its own subclass. Without a store, the
+        If there is no trustworthy result; each cause has its own subclass. Without a store, the
         first failure stops all scenes.
 
     Examples
@@ -160,7 +161,7 @@ def collide(
     if isinstance(scene, Scene) and store is None:
         return collide_one(scenes[0], most_seconds, plans[0])
     if store is not None:
-        # Import the database library only if results go into a store.
+        # The database library is imported only if results go into a store.
         from chaincor.workflows.campaign.into_store import collide_into_store
 
         return collide_into_store(
@@ -179,7 +180,7 @@ def collide(
     failed: list[Exception] = []
 
     def take(done: Done) -> None:
-        """Return results in the order of their scenes, and raise the first failure once."""
+        """Store results in the order of their scenes, and raise the first failure."""
         for asked, each in done:
             if not isinstance(each, Exception):
                 found[asked.place] = each

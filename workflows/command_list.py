@@ -1,16 +1,16 @@
-"""List the commands of chaincor, with the help line and the libraries of each."""
+"""List the commands of chaincor, with their help lines and the libraries that they need."""
 
 from typing import NamedTuple
 
 
 class CommandFacts(NamedTuple):
-    """Help and libraries of a command, listed here so that its module need not be imported."""
+    """Help line and libraries of a command, known without importing its module."""
 
     help: str  #: One line of help. ``chaincor --help`` prints it without importing any command.
-    #: The command always uses these libraries, and each may be missing or fail to load. Numba is
-    #: named even though compiled loops come from a cache.
+    #: Libraries that the command always needs, and that may be missing or fail to load. Numba is
+    #: listed, although it is not imported if all compiled loops are cached.
     needs: tuple[str, ...]
-    #: The command needs each of these libraries only for the uses named here.
+    #: Libraries that the command needs only for some uses, and these uses.
     also: dict[str, str] = {}  # noqa: RUF012 - never changed
 
 
@@ -101,7 +101,7 @@ COMMANDS = {
 }
 
 
-# ``chaincor --help`` shows the commands by task.
+# ``chaincor --help`` shows the commands in these groups.
 GROUPS = {
     "Any LAMMPS script or table": ("timestep", "table", "check-script"),
     "One collision": ("run", "validate", "tradeoff"),

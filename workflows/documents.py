@@ -2,5 +2,6 @@
 
 from pathlib import Path
 
-# In a checkout the folder lies beside the packages. In a wheel it lies among them.
+# In a checkout, the folder ``docs`` lies beside the packages; in a wheel it lies among the
+# packages.
 DOCUMENTS = Path(__file__).resolve().parents[1] / "docs"

@@ -1,11 +1,11 @@
 """Format durations."""
 
-# Ten thousand years are shown without digits.
+# Durations above ten thousand years are shown with one digit.
 _TOO_LONG = 3e11
 
 
 def format_duration(seconds: float) -> str:
-    """Format a time in the largest unit that it contains at least twice."""
+    """Format a time in the largest unit of which it has at least two."""
     if seconds >= _TOO_LONG:
         return f"{seconds / 86400.0:.1g} days"
     for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):

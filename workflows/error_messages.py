@@ -1,4 +1,4 @@
-"""Word the errors of the command line, each as one line on standard error."""
+"""Format the errors of the command line, each as one line on standard error."""
 
 import errno
 
@@ -10,12 +10,12 @@ from chaincor.workflows.terminal_text import printable
 TERMINATED = "stopped by SIGTERM before the end. Finished results are kept"
 _LONGEST_LINE = 700
 
-# A folder with fewer free bytes is too full for temporary files.
+# A folder counts as full if it has fewer free bytes.
 _LEAST_ROOM = 2**20
 
 
 def describe_os_error(error: OSError) -> str:
-    """Return a message about the file of an error, or about a full folder for temporary files."""
+    """Return a message about the file of an OSError, or about a full temporary folder."""
     import shutil
     import tempfile
 
@@ -38,16 +38,16 @@ def describe_os_error(error: OSError) -> str:
 
 
 def explain_pointer(name: str) -> str:
-    """Return a pointer to `chaincor explain`, which works without the web documentation."""
+    """Return a hint at `chaincor explain`, which works without the web documentation."""
     return f" (see: chaincor explain {name})"
 
 
-# Click raises this exception from version 8.2 on. Earlier versions print the help themselves.
+# Click raises this exception from version 8.2 on; earlier versions print the help themselves.
 HELP_WANTED: type | tuple = getattr(click.exceptions, "NoArgsIsHelpError", ())
 
 
 def usage_message(error: click.ClickException) -> str:
-    """Return the message of a usage error, and suggest an option with a similar name."""
+    """Return the message of a usage error; it suggests an option with a similar name."""
     if isinstance(error, click.NoSuchOption) and error.ctx is not None:
         options = [name for p in error.ctx.command.params for name in (*p.opts, *p.secondary_opts)]
         near = meant(error.option_name, [o.removeprefix("--") for o in options if o[:2] == "--"])
@@ -63,7 +63,7 @@ def print_error(text: str, end: str = "") -> None:
 
 
 def printable_line(text: str) -> str:
-    """Return a text as one printable line; the middle of a long text is left out."""
+    """Return a text as one printable line, without the middle part if it is long."""
     line = " ".join(text.split())
     if len(line) > _LONGEST_LINE:
         line = f"{line[: _LONGEST_LINE // 2]} ... {line[-_LONGEST_LINE // 2 :]}"

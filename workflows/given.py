@@ -1,4 +1,4 @@
-"""Check arguments of calls from Python, and shorten tracebacks after Ctrl-C."""
+"""Check the arguments of calls from Python, and shorten tracebacks after Ctrl-C."""
 
 import functools
 from collections.abc import Callable, Iterable, Mapping
@@ -18,7 +18,7 @@ def with_short_errors(function: Callable[P, R]) -> Callable[P, R]:
     """
     Shorten the traceback of Ctrl-C.
 
-    The interrupted line tells the user nothing, and notebooks format long tracebacks slowly.
+    The interrupted line does not help the user, and notebooks format long tracebacks slowly.
     """
 
     @functools.wraps(function)
@@ -32,7 +32,7 @@ def with_short_errors(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def scene_given(value: Any) -> Scene:
-    """Return a scene; raise InputError, with a remedy, for any other object."""
+    """Return `value` if it is a scene; raise InputError, with a remedy, for any other object."""
     if isinstance(value, Scene):
         return value
     hint = "Scene(particles=100, speed=0.4)"
@@ -46,14 +46,14 @@ def scene_given(value: Any) -> Scene:
 
 
 def scenes_given(values: Any) -> list[Scene]:
-    """Return scenes in their order; raise InputError unless given a scene or a list of scenes."""
+    """Return a scene or several scenes as a list; raise InputError for any other object."""
     if isinstance(values, Iterable) and not isinstance(values, str | bytes | Mapping | Scene):
         return [scene_given(value) for value in values]
     return [scene_given(values)]
 
 
 def workers_given(workers: Any) -> int:
-    """Return the number of collisions that run at the same time, by default one per core."""
+    """Return the number of collisions to run at the same time; by default one per core."""
     if workers is None:
         return cores_allowed()
     return whole_number_given("workers", workers)

@@ -25,7 +25,8 @@ from chaincor.workflows.errors import UnsureJobWarning
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.scripted import plan_script
 
-# No LAMMPS run can follow an impact at this many times the speed of sound in a chain at rest.
+# No LAMMPS run can resolve an impact at this multiple of the speed of sound in an uncompressed
+# chain.
 _SUPERSONIC = 3.0
 
 
@@ -38,16 +39,17 @@ def write_job(
     Parameters
     ----------
     scene : Scene
-        The collision. Without explicit numerics, the job gets numerics for the scene's tolerance.
+        The collision. Without explicit numerics, numerics are chosen for the tolerance of the
+        scene.
     folder : path
-        Folder that receives the script, the chain, its bond table and the scene.
+        Folder for the script, the data file of the chain, its bond table and the scene.
     replace_existing : bool
         Whether to replace an existing job.
     **wishes
-        The fields of :class:`~chaincor.lammps_inputs.script_plan.JobWishes`: ``plain=True`` for the
-        shortest script, ``restartable=True``, ``guards=True``, ``contacts=True`` and ``dump=True``
-        for additional tasks of the script, ``explain=True`` for comments, ``template``,
-        ``table_range``, ``units``.
+        Fields of :class:`~chaincor.lammps_inputs.script_plan.JobWishes`. ``plain=True`` writes the
+        shortest script. ``restartable=True``, ``guards=True``, ``contacts=True`` and ``dump=True``
+        add tasks to the script. ``explain=True`` adds comments. Other fields are ``template``,
+        ``table_range`` and ``units``.
 
     Returns
     -------
@@ -57,7 +59,7 @@ def write_job(
     Raises
     ------
     InputError
-        If the folder already contains a job or cannot be made, and for the causes named in
+        If the folder already contains a job or cannot be made, and in the cases listed in
         :func:`job_files`.
 
     Examples
@@ -78,8 +80,8 @@ def write_job(
         raise
 
 
-# Options of `chaincor inputs` in a message are replaced by the arguments of `write_job`. This table
-# lists the options whose argument has another name.
+# In error messages, options of `chaincor inputs` are replaced by arguments of `write_job`.
+# _OTHER_NAMES lists the options whose arguments have other names.
 _OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z-]*|-o)(?![\w-])")
 _OTHER_NAMES = {
     "-o": "folder",
@@ -90,7 +92,7 @@ _OTHER_NAMES = {
 
 
 def _argument(option: re.Match[str]) -> str:
-    """Return the Python argument for an option of the command line."""
+    """Return the Python argument that corresponds to an option of the command line."""
     name = option[0].lstrip("-").replace("-", "_")
     is_flag = any(each.name == name and each.default is False for each in fields(JobWishes))
     return _OTHER_NAMES.get(option[0], f"{name}=True" if is_flag else name)
@@ -100,14 +102,14 @@ def job_files(
     scene: Scene, wishes: JobWishes = NO_WISHES, *, shared_table: bool = False
 ) -> dict[str, str]:
     """
-    Return the files of a job, by name.
+    Return the texts of all files in a job, by file name.
 
     The numerics are those of the scene, or are chosen for its tolerance. The script prints the
-    error of eta unless the scene has ``error = false``, and dumps the motion if the scene has a
-    dump. Raises InputError for wishes that contradict each other or the scene, SceneError if a
-    script cannot do the scheme or the template cannot be used, and RunError if no numerics meet the
-    tolerance. Issues UnsureJobWarning if the collision amplifies errors beyond the tolerance. With
-    `shared_table`, similar scenes get equal bond tables.
+    error of eta unless the scene has ``error = false``. It dumps the motion if the scene has a
+    dump. With `shared_table`, similar scenes get equal bond tables. Raises InputError for wishes
+    that contradict each other or the scene. Raises SceneError if a script cannot use the scheme or
+    the template. Raises RunError if no numerics meet the tolerance. Issues UnsureJobWarning if the
+    collision amplifies errors beyond the tolerance.
     """
     if not wishes.dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
@@ -150,7 +152,7 @@ def job_files(
 
 
 def _bead_files(scene: Scene, wishes: JobWishes) -> dict[str, str]:
-    """Return the files of a column of beads. Its script uses only LAMMPS's granular styles."""
+    """Return the files for a column of beads; its script uses only LAMMPS's granular styles."""
     for each in fields(JobWishes):
         if getattr(wishes, each.name) != each.default:
             raise InputError(
@@ -169,13 +171,13 @@ def _bead_files(scene: Scene, wishes: JobWishes) -> dict[str, str]:
 
 
 def _with_frames(scene: Scene, wishes: JobWishes) -> JobWishes:
-    """Return the wishes with the frames of the scene; a dump in the scene also asks for frames."""
+    """Return the wishes with the frame interval of the scene, and a dump if the scene has one."""
     dump = wishes.dump or scene.dump is not None
     return replace(wishes, dump=dump, frame_interval=scene.frame_interval)
 
 
 def _refuse_units_of_velocity(scene: Scene, units: UnitSystem) -> None:
-    """Refuse a velocity that was probably meant in the units of the job."""
+    """Raise InputError for a velocity that was probably meant in the units of the job."""
     if units == CHAIN_UNITS or (scene.velocity or 0.0) <= _SUPERSONIC:
         return
     v, style = scene.impact_velocity, units.style
@@ -187,7 +189,7 @@ def _refuse_units_of_velocity(scene: Scene, units: UnitSystem) -> None:
 
 
 def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:
-    """Return the scene with the chosen numerics, so that another run takes the same steps."""
+    """Return the scene with the chosen numerics, so that later runs take the same steps."""
     if scene.explicit:
         return scene.replace(scheme=plan.numerics.scheme)
     return scene.replace(
@@ -200,7 +202,7 @@ def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:
 
 
 def write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> list[Path]:
-    """Write all files of a job or none; raise InputError if the folder already has one of them."""
+    """Write all files of a job or none; raise InputError if one of them already exists."""
     present = [name for name in texts if (folder / name).exists()]
     if present and not replace_existing:
         raise InputError(

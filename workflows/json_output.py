@@ -1,4 +1,4 @@
-"""Build the JSON objects that commands print, with the common keys."""
+"""Build the JSON objects that commands print."""
 
 import json
 import math
@@ -16,10 +16,10 @@ SCHEMA = 1
 
 def stamped(plain: Mapping[str, Any], scene: "Scene | None" = None) -> dict[str, Any]:
     """
-    Return the keys of a command together with the keys that every JSON object has.
+    Return the keys of a command and the keys that all JSON objects have in common.
 
-    The common keys are ``schema``, ``versions`` and ``processor``. A command with one scene also
-    has ``scene``, with all fields that decide the result, defaults included.
+    The common keys are ``schema``, ``versions`` and ``processor``. The object of a command with one
+    scene also has the key ``scene``, with all fields that affect the result, including defaults.
     """
     shared: dict[str, Any] = {"versions": versions(), "processor": processor()}
     if scene is not None:
@@ -36,7 +36,7 @@ _AS_THEY_ARE = {str, int, bool, type(None)}
 
 
 def finite(value: Any) -> Any:
-    """Return a plain value in which None replaces numbers that are not finite."""
+    """Return a value of plain types in which None replaces numbers that are not finite."""
     if type(value) in _AS_THEY_ARE:
         return value
     if isinstance(value, float):

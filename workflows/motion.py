@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     from chaincor.workflows.engines.replay import Replay
     from chaincor.workflows.sensitivity.sensitivity import Sensitivity
 
-# Motions of these schemes have no fixed steps.
+# Runs with these schemes have no fixed steps.
 _WITHOUT_STEPS = ("hard-sphere", "adaptive8")
-# If roundings change eta by more than this, the last digits decide which contacts occur. Every
-# derivative that can be computed amplifies roundings by less than 1e12.
+# If rounding errors change eta by more than this, the last digits decide which contacts occur.
+# Every derivative that can be computed amplifies rounding errors by less than 1e12.
 _HINGES = 1e-4
-# Pictures show the flight after the collision for this fraction of its duration, and for the time
-# in which sound crosses this many bonds.
+# Pictures show the flight after the collision for _FLY_ON times the duration of the collision plus
+# the time in which sound crosses _BONDS_ON bonds.
 _FLY_ON, _BONDS_ON = 0.15, 2.0
-# A picture contains at most this many values per particle, which also limits memory.
+# A picture shows at most _HISTORY_FRAMES states; their memory is limited to _HISTORY_BYTES.
 _HISTORY_FRAMES = 400
 _MOST_FRAMES = 1_000_000
 _HISTORY_BYTES = 64 * 2**20
@@ -38,7 +38,7 @@ _HISTORY_BYTES = 64 * 2**20
 class ResultMotion(Observed):
     """Observables and motion of a run."""
 
-    #: Run that can be repeated; None in results made by hand.
+    #: Settings for repeating the run; None in a result that `collide` did not make.
     replay: "Replay | None" = field(default=None, compare=False)
 
     @property
@@ -51,8 +51,7 @@ class ResultMotion(Observed):
         """Time at which pictures end, while the chain flies away."""
         flown = _BONDS_ON / self.scene.problem.slow_stiffness**0.5
         end = (1.0 + _FLY_ON) * self.last_contact_time + flown
-        # Soft bodies overlap during a contact, so the picture lasts at least until they have
-        # parted.
+        # Soft bodies overlap during a contact; pictures last at least until the bodies have parted.
         return end if self.contact is None else max(end, self.duration)
 
     @cached_property
@@ -60,9 +59,9 @@ class ResultMotion(Observed):
         """
         States of the chain from the first contact until shortly after the last contact.
 
-        The history contains states and energies at about 400 times, or fewer for long chains. At
-        the first use, the engine of the result repeats the collision. Raises the errors of
-        :meth:`trajectory`.
+        The history contains states and energies at about 400 times, or at fewer times for long
+        chains. When the history is first used, the engine of the result repeats the collision.
+        Raises the errors of :meth:`trajectory`.
         """
         return self._histories[0]
 
@@ -88,9 +87,10 @@ class ResultMotion(Observed):
     @cached_property
     def sensitivity(self) -> "Sensitivity":
         """
-        Derivatives of eta by speed, masses, bonds and state, from one additional run.
+        Derivatives of eta with respect to speed, masses, bonds and initial state.
 
-        Raises SensitivityError if eta has no derivative, or if no digit of it is certain.
+        They come from one additional run. Raises SensitivityError if eta has no derivative, or if
+        no digit of the derivative is certain.
         """
         from chaincor.workflows.sensitivity.sensitivity import sensitivity_of
 
@@ -135,20 +135,21 @@ class ResultMotion(Observed):
         Parameters
         ----------
         frames : int
-            Approximate number of states. LAMMPS gives states only at the ends of steps.
+            Approximate number of states; LAMMPS records states only at the ends of steps.
 
         Returns
         -------
         list of ChainState
             States from the first contact (time 0) until shortly after the last contact. The
-            intervals are equal, or nearly equal with LAMMPS. With the stock wall, the first state
-            is one step after the contact. `step` is the index of the state.
+            intervals between states are equal; with LAMMPS they are nearly equal. With the
+            reflecting wall, the first state is one step after the contact. The `step` of a state is
+            its index.
 
         Raises
         ------
         InputError
-            If `frames` is no whole number from 2 to a million, or the result was not made by
-            `collide`.
+            If `frames` is not a whole number from 2 to a million, or if `collide` did not make the
+            result.
         RunError
             If the result is the limit of hard spheres, which has no motion to show.
         """
@@ -156,7 +157,7 @@ class ResultMotion(Observed):
         replay = self._known_replay()
         end = self.shown_until
         recorded = replay.record(end / (frames - 1))
-        # Rounding may put the last time behind the end of the motion.
+        # Because of rounding, the last time may be slightly larger than `end`.
         return [
             recorded.state(step)
             for step, time in enumerate(recorded.times)
@@ -167,7 +168,8 @@ class ResultMotion(Observed):
         """
         Repeat the collision, and return the motion as a list of ASE Atoms, one per frame.
 
-        Numbers are in the reduced units of this package, not in eV, angstrom and ASE's time unit.
+        All quantities are in the reduced units of this package, not in eV, angstrom and ASE's time
+        unit.
 
         Parameters
         ----------
@@ -178,8 +180,8 @@ class ResultMotion(Observed):
         -------
         list of ase.Atoms
             Atoms with float64 positions (x, 0, 0), velocities, masses, an array ``bonds``,
-            ``info["time"]``, potential energy and bond forces. They have no cell and do not include
-            the wall at x = 0. Particles of a free target follow the particles of the chain.
+            ``info["time"]``, potential energy and bond forces. There is no cell, and the wall at x
+            = 0 is not included. Particles of a free target follow the particles of the chain.
 
         Raises
         ------
@@ -197,7 +199,8 @@ class ResultMotion(Observed):
         """
         Repeat the collision, and return the motion as an MDAnalysis Universe.
 
-        Numbers are in the reduced units of this package, not in angstrom, picoseconds and daltons.
+        All quantities are in the reduced units of this package, not in angstrom, picoseconds and
+        daltons.
 
         Parameters
         ----------
@@ -207,9 +210,9 @@ class ResultMotion(Observed):
         Returns
         -------
         MDAnalysis.Universe
-            Universe with times, masses, ids, bonds between neighbours, and no box. Ids count from
-            the contact outward through the chain, then through a free target. MDAnalysis stores
-            positions and velocities as float32. The float64 values are in ``ts.data`` as
+            Universe with times, masses, ids, bonds between neighbours, and no box. Ids count
+            through the chain from the contact outward, then through a free target. MDAnalysis
+            stores positions and velocities as float32. The float64 values are in ``ts.data`` as
             ``v_displacement`` (u_i, see :class:`~chaincor.analysis.dumps.chain_state.ChainState`)
             and ``vx``.
 

@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
 
-# Figures can be written in these formats.
+# File formats of figures.
 PICTURES = (".png", ".pdf", ".svg")
 PICTURES_SAID = ".png, .pdf or .svg"
 
@@ -18,9 +18,9 @@ def refuse_unusable_outputs(scene: Scene) -> None:
     """
     Check the output paths of a collision before it runs.
 
-    Raises InputError in three cases: two outputs have the same path, a file and a folder have the
-    same name, or an output would replace a file of another kind or the job of another collision. A
-    repeated run replaces its own files.
+    Raises InputError in three cases: two outputs have the same path; an output file has the path of
+    a folder, or an output folder the path of a file; or an output would replace a file of another
+    kind or the job of another collision. A repeated run may replace its own files.
     """
     if scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
@@ -44,12 +44,12 @@ def refuse_unusable_outputs(scene: Scene) -> None:
 
 
 def _resolved(key: str, path: Path) -> Path:
-    """Return the resolved path of an output, in which links are followed."""
+    """Return the path of an output with all links resolved."""
     return resolve_output(path / "in").parent if key == "save" else resolve_output(path)
 
 
 def _outputs(scene: Scene) -> dict[str, Path]:
-    """Return the output paths of a scene by key."""
+    """Return the output paths of a scene, by scene key."""
     given = {key: getattr(scene, key) for key in ("dump", "arrays", "save")}
     return {key: path for key, path in given.items() if path is not None}
 
@@ -66,9 +66,10 @@ def make_folder(folder: Path) -> None:
 
 def refuse_overwriting_inputs(output: Path, inputs: Iterable[Path], option: str) -> None:
     """
-    Raise InputError if an output file is an input file, or a link to one.
+    Raise InputError if an output file is an input file or a link to an input file.
 
-    The files need not exist. `option` is the option that gives `output`, such as ``--output``.
+    The files need not exist. `option` is the command-line option for `output`, for example
+    ``--output``.
     """
     for path in inputs:
         if _is_one_file(output, path):
@@ -79,14 +80,15 @@ def refuse_overwriting_inputs(output: Path, inputs: Iterable[Path], option: str)
             )
 
 
-# The scene of a saved job contains this line, with the name and the SHA-256 of each file.
+# In a saved job, the scene file contains one line with this prefix for each file: its name and its
+# SHA-256.
 _SIGNED = "# saved by chaincor run: "
-# Every run of the job writes these files, so a change of them is no edit.
+# Every run of the job writes these files; a change in these files is therefore not an edit.
 _WRITTEN_BY_RUNS = ("log.lammps", DUMP_FILE)
 
 
 def sign_job(folder: Path) -> None:
-    """Record the digests of a saved job's files in its scene, so that edits are noticed."""
+    """Record the digests of all files in the scene file of a saved job, to detect edits."""
     scene = folder / SCENE_FILE
     if not scene.exists():
         return
@@ -95,7 +97,7 @@ def sign_job(folder: Path) -> None:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of each file of a job, without the signature in the scene."""
+    """Return the SHA-256 of each file in a job; the signature in the scene is left out."""
     found = {}
     for path in sorted(path for path in folder.iterdir() if path.is_file()):
         if path.name not in _WRITTEN_BY_RUNS:
@@ -106,7 +108,7 @@ def _digests(folder: Path) -> dict[str, str]:
 
 
 def _is_unedited(folder: Path) -> bool:
-    """Return whether a folder contains a saved job whose files have not changed."""
+    """Return whether a folder contains a saved job whose files have not been edited."""
     try:
         text = (folder / SCENE_FILE).read_text(encoding="utf-8")
         signed = [
@@ -126,7 +128,7 @@ def _refuse_another_job(scene: Scene, folder: Path) -> None:
         return
     try:
         kept = Scene.from_file(folder / SCENE_FILE)
-    except InputError:  # The scene may also be missing.
+    except InputError:  # the scene file is invalid or missing
         kept = None
     if kept is None or kept.collision_sha256 != scene.collision_sha256 or not _is_unedited(folder):
         raise InputError(
@@ -136,7 +138,7 @@ def _refuse_another_job(scene: Scene, folder: Path) -> None:
 
 
 def refuse_shared_outputs(scenes: Sequence[Scene]) -> None:
-    """Raise InputError if two scenes would write to one path."""
+    """Raise InputError if two scenes would write to the same path."""
     owners: dict[Path, int] = {}
     for number, scene in enumerate(scenes, start=1):
         for key, path in _outputs(scene).items():

@@ -1,4 +1,4 @@
-"""Describe a folder of results as an RO-Crate: its files, columns and programs."""
+"""Describe a folder of results as an RO-Crate, with its files, columns and programs."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -8,7 +8,7 @@ from typing import Any
 from chaincor.analysis.atomic_write import write_whole
 from chaincor.workflows.errors import MissingLibraryError
 
-# The specification of RO-Crates fixes this file name.
+# The specification of RO-Crates requires this file name.
 METADATA_FILE = "ro-crate-metadata.json"
 _KINDS = {
     ".csv": "text/csv",
@@ -24,7 +24,7 @@ _UNLICENSED = "No licence is stated. Whoever shares these results names a licenc
 
 
 def require_rocrate() -> Any:
-    """Return the class of crates; raise MissingLibraryError if rocrate is not installed."""
+    """Return the class ``ROCrate``; raise MissingLibraryError if rocrate is not installed."""
     try:
         from rocrate.rocrate import ROCrate
     except ImportError:
@@ -45,9 +45,9 @@ def describe_folder(
     """
     Write ``ro-crate-metadata.json`` (RO-Crate 1.1) into a folder of results.
 
-    `files` describes each file by its path, and `columns` each column of the tables. `versions` are
-    the versions of the programs and libraries that made the results. Raises MissingLibraryError if
-    the library rocrate is not installed.
+    `files` contains a description of each file, by path; `columns` contains a description of each
+    table column, by name. `versions` contains names and versions of the programs and libraries that
+    made the results. Raises MissingLibraryError if the library rocrate is not installed.
     """
     crate = require_rocrate()(version="1.1")
     crate.name, crate.description, crate.license = title, title, _UNLICENSED
@@ -86,6 +86,6 @@ def _entity(crate: Any, place: str, kind: str, name: str, **more: Any) -> Any:
 
 
 def _named(entities: Iterable[Any]) -> list[dict[str, str]] | dict[str, str]:
-    """Return references to entities as RO-Crate 1.1 has them: one reference alone, or a list."""
+    """Return references to entities as RO-Crate 1.1 requires: one reference alone, or a list."""
     named = [{"@id": entity.id} for entity in entities]
     return named[0] if len(named) == 1 else named

@@ -1,4 +1,4 @@
-"""Hold the result of one collision, which is printed, stored and plotted."""
+"""Define the result of one collision, which can be printed, stored and plotted."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from chaincor.workflows.showing.plots import Plots
 from chaincor.workflows.showing.table import html_table
 from chaincor.workflows.showing.text import describe_shortly
 
-# Arrays go to NPZ files, not into the JSON object.
+# Arrays are written to NPZ files, not to the JSON object.
 ARRAY_FIELDS = tuple(each.name for each in OF_RUNS if each.is_array and not each.rare)
 TARGET_ARRAYS = tuple(each.name for each in OF_RUNS if each.is_array and each.rare)
 _USUAL = tuple(each.name for each in OF_RUNS if not each.is_array and not each.rare)
@@ -29,9 +29,10 @@ class Collision(ResultMotion):
 
     Lengths, masses and stiffnesses are in units of the natural bond length, the particle mass and
     the bond stiffness. Times count from the first contact. Velocities are positive away from the
-    wall, so a free target leaves with a negative velocity. The final state and the energies are
-    those right after the last contact. Attributes that a scene does not need are None, and the JSON
-    omits them. A notebook shows the result as a table, and ``result.plot`` draws pictures.
+    wall; a free target therefore leaves with a negative velocity. The final state and the energies
+    are those right after the last contact. Attributes that a scene does not need are None; the JSON
+    object omits these attributes. A notebook shows the result as a table, and ``result.plot`` draws
+    pictures.
 
     Examples
     --------
@@ -49,7 +50,7 @@ class Collision(ResultMotion):
 
     @property
     def plot(self) -> Plots:
-        """Pictures: ``world_lines()``, ``spectrum()``, ``energy()``, ``contacts()`` and others."""
+        """Pictures of the result: ``world_lines()``, ``spectrum()``, ``energy()`` and others."""
         return Plots(self)
 
     def to_dict(self) -> dict[str, Any]:
@@ -70,7 +71,7 @@ class Collision(ResultMotion):
         return {name: getattr(self, name) for name in names}
 
     def save_arrays(self, path: Path) -> None:
-        """Write the arrays to an NPZ file. An existing file is replaced only by a complete file."""
+        """Write the arrays to an NPZ file; only a complete file replaces an existing one."""
         with written_aside(Path(path), "arrays") as aside:
             write_arrays(aside, self.arrays())
 

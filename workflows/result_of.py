@@ -22,10 +22,10 @@ def result_of(
     scene: Scene, bounded_run: BoundedRun, started: float, energies: Array | None = None
 ) -> Collision:
     """
-    Return the result of a collision from the run and error bar in `bounded_run`.
+    Return the result of a collision from its `bounded_run`.
 
-    `started` is the ``time.perf_counter`` when the work began. `energies`, of shape (n,), are
-    the mode energies, if they are already known.
+    `started` is the value of ``time.perf_counter`` at which the work began. `energies` contains the
+    mode energies, of shape (n,), if they are known already.
     """
     outcome, found = bounded_run.outcome, bounded_run.details
     record = RunRecord(

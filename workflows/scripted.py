@@ -1,4 +1,4 @@
-"""Choose numerics and error bars, before the run, for scripts that LAMMPS runs alone."""
+"""Choose numerics and error bars for scripts that LAMMPS runs without Python."""
 
 import math
 from dataclasses import replace
@@ -41,28 +41,28 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_of_steps
 from chaincor.workflows.errors import ToleranceError
 
-# The script runs at its step, which gives the number, and at this multiple, as in the engine's
-# search for a tolerance.
+# The script runs at these multiples of its step, like the engine's search for a tolerance. The
+# first run gives eta.
 _MULTIPLES = (1.0, COARSER)
-# At another velocity, the error bar is this fraction of the difference of the two runs. With steps
-# that resolve the motion, the error is well below the difference.
+# If a user changes the velocity in the script, the error bar is this multiple of the difference
+# between the two runs. With steps that resolve the motion, the error is well below the difference.
 _ALONE = 1.0
-# In a step behind the wall, bond 1 may open at this many times v0, starting from its largest length
-# in front of the wall.
+# In a step that ends behind the wall, bond 1 may open at this multiple of v0, starting from its
+# largest length in front of the wall.
 _OVERSHOOT = 4.0
-# Errors of the stock wall can stretch bonds of a warm chain beyond the lengths in the reference
-# run, so the range of the table is wider by this factor.
+# Errors of the reflecting wall can stretch bonds of a warm chain beyond the lengths in the
+# reference run. The range of the table is therefore wider by this factor.
 _OTHERWISE = 1.25
-# With explicit numerics, eta counts as unknown if the error of the reference run exceeds this.
+# With explicit numerics, a warning is issued if the error of the reference run exceeds this value.
 _UNSURE = 0.01
-# A script may find contacts later than the pilot run. It follows the chain until this multiple of
-# the time of the pilot run's last contact.
+# A script may find later contacts than the pilot run. The bond table therefore covers the flight
+# for this multiple of the time of the last contact in the pilot run.
 _LATER = 2.0
-# The velocity that a job's table covers is searched up to this multiple of the scene's velocity, by
-# this number of bisections.
+# The largest velocity whose bond lengths a table covers is searched up to _MOST_FASTER times the
+# velocity of the scene, with _BISECTIONS bisections.
 _MOST_FASTER, _BISECTIONS = 100.0, 30
 _MOST_PROBES = 20_001
-# Ratio between the ranges, and between the rows, of neighbouring tables that scenes share.
+# Shared tables have ranges and numbers of rows from geometric sequences with this ratio.
 _SHARED_RATIO = 1.25
 
 
@@ -72,11 +72,12 @@ def plan_script(
     """
     Choose the numerics of a scene's script, without LAMMPS.
 
-    Explicit numerics are used unchanged, with the same proof as in the engine. Otherwise the script
-    gets numerics that usually keep the tolerance, with an error bar from its parts. `table_range`
-    are bond lengths that the table must cover besides the lengths of this collision. With
-    `shared_table`, range and rows are rounded up, so that similar scenes get equal tables. Raises
-    RunError if no numerics keep the tolerance, SceneError if a table cannot be so wide.
+    Explicit numerics are used unchanged, with the same proof runs as in the engine. Otherwise
+    numerics are chosen that usually meet the tolerance; the error bar is the sum of its parts.
+    `table_range` contains bond lengths that the table must cover in addition to the lengths in this
+    collision. With `shared_table`, the range and the number of rows are rounded up, so that similar
+    scenes get equal tables. Raises RunError if no numerics meet the tolerance, and SceneError if no
+    table can cover the range.
     """
     if table_range is not None:
         _refuse_range(scene, table_range)
@@ -133,7 +134,7 @@ def plan_script(
 
 def _doubt(scene: Scene, pilot: PilotRun, sensitivity: float) -> str | None:
     """
-    Return why the collision makes a job miss its tolerance, or None if it does not.
+    Return why a job will probably miss its tolerance; None if it will meet the tolerance.
 
     Raises ToleranceError if the reference engine cannot determine eta.
     """
@@ -157,10 +158,11 @@ def _doubt(scene: Scene, pilot: PilotRun, sensitivity: float) -> str | None:
 
 def _flown_on_at_most(scene: Scene, pilot: PilotRun) -> float:
     """
-    Return how long a script follows a chain whose contacts may differ from the pilot run.
+    Return the longest time for which a script may follow a chain after the known last contact.
 
-    A fragment that narrowly misses the wall in the pilot run may hit it in the script, which then
-    follows the chain for the whole time again.
+    The contacts in the script may differ from those in the pilot run. A fragment that narrowly
+    misses the wall in the pilot run may hit the wall in the script. The script then follows the
+    chain for another full waiting time.
     """
     last = pilot.end.last_contact_time
     span, stiffness = scene.problem.longest_body, scene.problem.slow_stiffness
@@ -184,7 +186,7 @@ def _refuse_range(scene: Scene, table_range: tuple[float, float]) -> None:
 
 
 def _fastest_held(scene: Scene, table: BondTable) -> float | None:
-    """Return the largest velocity for which a table covers the expected bonds, or None."""
+    """Return the largest velocity at which a table covers the expected bond lengths, or None."""
     line = scene.line
     if np.any(line.velocities[line.first :] != -scene.impact_velocity):
         return None
@@ -209,8 +211,8 @@ def _tabulate(
         return None
     low, high = guess_bond_range(scene.problem) if pilot is None else pilot.table_range()
     if numerics.scheme != "verlet":
-        # The script first takes the whole step that crosses the wall, so particle 1 ends behind the
-        # wall and stretches bond 1.
+        # The script first takes the whole step that crosses the wall. Particle 1 then ends behind
+        # the wall, and bond 1 is stretched.
         overshot = high + _OVERSHOOT * scene.impact_velocity * max(_MULTIPLES) * numerics.timestep
         high = max(high, min(overshot, 1.0 + 0.9 * scene.bond.strain_max))
     if numerics.wall == "reflect" and scene.problem.comes_moving:
@@ -228,21 +230,21 @@ def _tabulate(
 
 
 def _rounded_range(bond: Potential, low: float, high: float) -> tuple[float, float]:
-    """Round both ends of a range of bond lengths outward, within the lengths of a bond."""
+    """Round both ends of a range of bond lengths outward, within the limits of the bond."""
     wider = 1.0 - _rounded_up(1.0 - low), 1.0 + _rounded_up(high - 1.0)
     shortest, longest = max(1.0 + bond.strain_min, 0.0), 1.0 + bond.strain_max
     return wider[0] if wider[0] > shortest else low, wider[1] if wider[1] < longest else high
 
 
 def _rounded_up(value: float) -> float:
-    """Return the next power of the ratio of shared tables."""
+    """Return the next element of the geometric sequence for shared tables."""
     if value <= 0.0:
         return value
     return _SHARED_RATIO ** math.ceil(math.log(value, _SHARED_RATIO))
 
 
 def _table_part(table: BondTable | None, scene: Scene, outcome: Outcome, tolerance: float) -> float:
-    """Return the errors of the job's table and of the user's table from which it was made."""
+    """Return the error of eta from the table of the job, and from the table of the user, if any."""
     if table is None:
         return 0.0
     own = table_error_of(table.style, interpolated_force_error(table, scene.bond), scene.problem)
@@ -250,7 +252,7 @@ def _table_part(table: BondTable | None, scene: Scene, outcome: Outcome, toleran
 
 
 def interpolated_force_error(table: BondTable, bond: Potential) -> float:
-    """Return the largest error of the interpolated force, away from the ends of a table."""
+    """Return the largest error of the interpolated force, apart from the ends of the table."""
     inner = table.lengths[MARGIN_BINS:-MARGIN_BINS]
     asked = np.linspace(inner[0], inner[-1], min(4 * len(inner), _MOST_PROBES))
     force = interpolate(table.style, table.lengths, table.forces, table.edge_slopes, asked)

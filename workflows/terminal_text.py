@@ -3,7 +3,8 @@
 import unicodedata
 from typing import Any
 
-# Characters of these categories move the cursor, change colours, or reverse the direction of text.
+# Characters in these Unicode categories move the cursor, change colours, or reverse the direction
+# of text.
 _CONTROLS = ("Cc", "Cf", "Cs", "Zl", "Zp")
 # A spreadsheet treats a cell that begins with one of these characters as a formula.
 _FORMULAS = ("=", "+", "-", "@", "\t", "\r")
@@ -13,7 +14,7 @@ def printable(text: str, keep: str = "") -> str:
     r"""
     Return a text with its control characters escaped, as in ``\x1b``.
 
-    Characters in `keep`, such as the line end, stay.
+    Characters in `keep` are not escaped.
     """
     if text.isascii() and text.isprintable():
         return text
@@ -29,7 +30,7 @@ def _escaped(character: str) -> str:
 
 
 def csv_cell(value: Any) -> Any:
-    """Return the value of a CSV cell, with ``'`` before text that a spreadsheet would compute."""
+    """Return the value of a CSV cell; text that looks like a formula gets ``'`` in front."""
     if isinstance(value, str) and value.startswith(_FORMULAS):
         return f"'{value}"
     return value

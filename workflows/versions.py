@@ -26,7 +26,7 @@ def versions() -> dict[str, str]:
 
 @cache
 def processor() -> str:
-    """Return the processor's name and the number of cores that this program may use."""
+    """Return the name of the processor and the number of cores that this program may use."""
     name = platform.processor() or platform.machine()
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
