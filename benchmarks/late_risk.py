@@ -1,11 +1,12 @@
-"""How often a contact follows a silence, beside what the end's argument estimates.
+"""Measure how often contacts follow a long time without contact, and compare the estimate.
 
-Random lj chains hit the wall and are followed for 400 crossings of sound after their last contact.
-A trial is a silence as long as an argument must hold: sound has crossed the chain and come back,
-and the end is not proved. It is sorted by the estimate of ``ending.return_risk`` then, and by the
-energy that is left in the chain for each bond, over that which breaks one; counted is whether a
-contact follows. Prints both tables, with the upper end of Wilson's interval of 95 %; ends with 1
-where that a rate exceeds its estimate is seen beyond doubt.
+Random lj chains hit the wall, and are simulated for 400 crossings of sound after their last
+contact. A trial begins when there has been no contact for the time that sound needs to cross the
+chain and return, and the end is not proved. The trial counts whether a contact follows. Trials are
+sorted in two ways: by the probability of a contact that ``ending.return_risk`` estimates at this
+time, and by the energy per bond in the chain, divided by the energy that breaks a bond. Prints both
+tables, with the upper end of Wilson's interval of 95 %. The exit status is 1 if the whole interval
+of a rate exceeds the estimate.
 
 Run: python -m benchmarks.late_risk [--scenes 2000] [--seed 1]
 """
@@ -25,15 +26,15 @@ from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
 PARTICLES, SPEEDS = (4, 41), (0.3, 1.8)
-# Motions need not be exact to be drawn from; Verlet steps of a tenth of the stiffest bond's time.
+# Verlet step. Random motions need not be accurate.
 STEP = 0.02
 FOLLOWED = 400.0
-# Looks after the first are so many crossings of sound apart.
+# Time between two checks for contacts, in crossings of sound.
 LOOKS = 1.0
 
 
 class Trial(NamedTuple):
-    """An estimate, the energy for each bond over that which breaks one, and what came."""
+    """Estimate, energy per bond divided by the energy that breaks a bond, and the outcome."""
 
     risk: float
     energy: float
@@ -41,7 +42,7 @@ class Trial(NamedTuple):
 
 
 def trials_of(scene: Scene) -> list[Trial]:
-    """Return the silences of a collision."""
+    """Return the trials of a collision."""
     bond, n = scene.bond, scene.particles
     stepper = Stepper.of(scene.line, bond, "verlet", STEP)
     moving = Motion.at_start(scene.problem, stepper)
@@ -57,7 +58,7 @@ def trials_of(scene: Scene) -> list[Trial]:
             moving.make_room()
             status = moving.advance(target_steps)
         if status != bookkeeping.DONE:
-            return found  # bonds that Verlet steps do not resolve
+            return found  # Verlet steps do not resolve a bond
         now, last = int(moving.run_state["steps"]) * STEP, float(moving.run_state["last_contact"])
         if int(moving.run_state["contacts"]) != contacts:
             if asked is not None:
@@ -74,12 +75,12 @@ def trials_of(scene: Scene) -> list[Trial]:
 
 
 def _energy(pieces: Fragments) -> float:
-    """Return the internal energy for each bond of the first piece."""
+    """Return the internal energy per bond of the first fragment."""
     return float(pieces.energies[0]) / max(1, int(pieces.sizes[0]) - 1)
 
 
 def table(name: str, rows: dict[str, list[Trial]]) -> bool:
-    """Print rates; return whether each may be as small as its estimate."""
+    """Print rates; return whether each rate is consistent with its estimate."""
     print(f"| {name} | trials | estimate, on average | contacts | rate, at most |")
     print("|---|---|---|---|---|")
     held = True
@@ -93,7 +94,7 @@ def table(name: str, rows: dict[str, list[Trial]]) -> bool:
 
 
 def main() -> None:
-    """Print the tables; exit with 1 where an estimate is too low."""
+    """Print the tables; exit with 1 if an estimate is too low."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=1)

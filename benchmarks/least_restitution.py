@@ -1,10 +1,10 @@
-"""Chains that give back least: masses of harmonic chains before a hard wall, sought by gradient.
+"""Find the masses of harmonic chains with the least restitution at a hard wall, by gradients.
 
-Prints the least e = sqrt(eta) that was found for n = 2 to 10 masses: the start and end of its
-search, the time of all searches, and LAMMPS's result. Searches begin at the best of many random
-chains, at the best chain that is shorter by one, a mass added, and where others ended. Ends are
-mostly corners, where a contact comes to be, and of many valleys some are seen: e is an upper bound
-of the least.
+Prints the smallest e = sqrt(eta) that was found for n = 2 to 10 masses, the e at the start of this
+search, the time of all searches, and the result of LAMMPS. Searches begin at the best of many
+random chains, at the best shorter chain with an additional mass, and at the results of earlier
+searches. Minima are mostly at corners, where a new contact appears. There are many local minima, of
+which only some are found. The printed e is therefore an upper bound of the minimum.
 
 Run: python -m benchmarks.least_restitution [--chains 2-10] [--starts 5] [--seed 1]
 """
@@ -23,16 +23,17 @@ from chaincor.workflows.collision import collide
 Array = NDArray[np.float64]
 
 _VELOCITY = 0.1
-# Smallest and largest mass over the last one.
+# Smallest and largest mass, divided by the last mass.
 _LIGHTEST, _HEAVIEST = 0.02, 50.0
 _SHARP, _OF_LAMMPS = 1e-9, 1e-6
-# Searches from one start, each from where the one before ended, and what is no gain.
+# Largest number of searches from one start, each from the result of the previous one, and the
+# smallest improvement that counts.
 _SEARCHES, _SETTLED = 5, 1e-6
-# Number of random chains per search, of which the best are its starts.
+# Number of random chains for each start of a search. The best chains become the starts.
 _SEEN = 12
-# Masses that a shorter chain is given at its free end, over the one before.
+# Masses that are added at the free end of a shorter chain, divided by the neighbouring mass.
 _ADDED = 0.2, 1.0
-# Ends of other searches, which begin from here as well.
+# Results of earlier searches, which are also used as starts.
 _KNOWN = {
     3: (3.0665868, 1.2179801, 1.0),
     4: (4.7501191, 2.3462866, 0.34711512, 1.0),
@@ -40,12 +41,12 @@ _KNOWN = {
     6: (7.3789717, 3.8342821, 0.68424469, 0.39360894, 0.30995298, 1.0),
     7: (36.493046, 18.622843, 3.3945326, 1.965271, 1.5512568, 5.0357829, 1.0),
 }
-# A chain that cannot be followed is taken to give all back.
+# Restitution of a chain that cannot be simulated.
 _REFUSED = 1.0
 
 
 def scene_of(logarithms: Array, engine: str = "reference") -> Scene:
-    """Return the collision of a harmonic chain, by the logarithms of masses over the last."""
+    """Return the scene of a harmonic chain, from the logarithms of masses divided by the last."""
     return Scene(
         potential="harmonic",
         particles=len(logarithms) + 1,
@@ -57,7 +58,7 @@ def scene_of(logarithms: Array, engine: str = "reference") -> Scene:
 
 
 def value_and_slope(logarithms: Array) -> tuple[float, Array]:
-    """Return e and its derivatives."""
+    """Return e, and its derivatives with respect to the logarithms."""
     scene = scene_of(logarithms)
     try:
         result = collide(scene)
@@ -69,7 +70,7 @@ def value_and_slope(logarithms: Array) -> tuple[float, Array]:
 
 
 def descend(start: Array) -> tuple[float, Array, int]:
-    """Return the least e that a search came by, where that was, and how many collisions it took."""
+    """Return the smallest e of a search, its logarithms, and the number of collisions."""
     bounds = [(np.log(_LIGHTEST), np.log(_HEAVIEST))] * len(start)
     best, of_best, runs = np.inf, start, 0
 
@@ -81,7 +82,7 @@ def descend(start: Array) -> tuple[float, Array, int]:
             best, of_best = e, logarithms.copy()
         return e, slope
 
-    # A search that ended at a corner begins anew there, without what it learnt before it.
+    # A search that ended at a corner begins again at this corner, without its old curvature.
     for _ in range(_SEARCHES):
         before = best
         minimize(seen, of_best, jac=True, method="L-BFGS-B", bounds=bounds)
@@ -91,7 +92,7 @@ def descend(start: Array) -> tuple[float, Array, int]:
 
 
 def least(starts: list[Array]) -> tuple[float, float, Array, int]:
-    """Return e before and after the best of several searches, where it ended, and collisions."""
+    """Return e before and after the best search, its logarithms, and the number of collisions."""
     found, runs = (np.inf, np.inf, starts[0]), 0
     for start in starts:
         e, at, took = descend(start)
@@ -102,7 +103,7 @@ def least(starts: list[Array]) -> tuple[float, float, Array, int]:
 
 
 def starts_of(particles: int, count: int, rng: np.random.Generator) -> list[Array]:
-    """Return the best of random chains."""
+    """Return the best of many random chains."""
     drawn = rng.normal(0.0, np.sqrt(2.0), (_SEEN * count, particles - 1))
     drawn = np.clip(drawn, np.log(_LIGHTEST), np.log(_HEAVIEST))
     return sorted(drawn, key=lambda each: value_and_slope(each)[0])[:count]

@@ -1,15 +1,16 @@
 """
-Long chains in the reference engine: gain of a second core, and time against length.
+Long chains in the reference engine: speed-up by a second core, and time against length.
 
     python -m benchmarks.long_chains [--particles 5000 20000 100000] [--cores 1 2] [--repeats 9]
     python -m benchmarks.long_chains --growth 2000 4000 8000 16000
     python -m benchmarks.long_chains --run 100000
 
-The first compares steps of chains in motion (lj, 0.4 v*, extrapolated14), in turn on each number of
-cores, by the shortest time of many: the ratio to one core, the processor time that it takes more,
-and whether all bits are equal. The second and the third run whole collisions to 1e-6 on all cores
-and print time, bar and the exponent of the time between neighbours; 4000 particles take a quarter
-of a minute, 100000 an hour. `OMP_NUM_THREADS`, where set, limits these. Only an idle machine tells.
+The first command compares the time of steps on different numbers of cores, for moving chains (lj,
+0.4 v*, extrapolated14). It alternates between the numbers of cores and uses the shortest of many
+times. It prints the speed-up, the ratio of processor times, and whether all bits are equal. The
+second and the third command run whole collisions to 1e-6 on all cores. They print time, error bar,
+and the exponent of the time between two lengths. 4000 particles take a quarter of a minute, 100000
+an hour. `OMP_NUM_THREADS` limits the cores of these commands. The machine must be idle.
 """
 
 import argparse
@@ -25,17 +26,17 @@ from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
 SCHEME, STEP = "extrapolated14", 0.6
-# Bonds times steps of one timed run: a third of a second.
+# Bonds times steps in one timed run, which takes a third of a second.
 WORK = 2e7
 
 
 def scene_of(particles: int) -> Scene:
-    """Return the scene of all figures."""
+    """Return the scene of all measurements."""
     return Scene(potential="lj", particles=particles, speed=0.4, engine="reference")
 
 
 def step_once(scene: Scene, stepper: Stepper, steps: int) -> tuple[float, float, Motion]:
-    """Return seconds, processor seconds and the chain after steps with all bonds in motion."""
+    """Return elapsed time, processor time and chain after steps with all bonds in motion."""
     chain = Motion.at_start(scene.problem, stepper)
     chain.run_state.active = scene.particles - 1
     bookkeeping.never_argue(chain.run_state)
@@ -45,7 +46,7 @@ def step_once(scene: Scene, stepper: Stepper, steps: int) -> tuple[float, float,
 
 
 def is_same(one: Motion, other: Motion) -> bool:
-    """Return whether two chains are the same to the last bit."""
+    """Return whether the states of two chains are equal to the last bit."""
     states = zip(
         one.arrays.now + one.arrays.last, other.arrays.now + other.arrays.last, strict=True
     )
@@ -60,7 +61,7 @@ def compare(particles: int, cores: list[int], repeats: int) -> None:
     steps = max(32, int(WORK / particles))
     best = dict.fromkeys(cores, (math.inf, math.inf))
     chains: dict[int, Motion] = {}
-    for _ in range(repeats + 1):  # the first loads the loops
+    for _ in range(repeats + 1):  # the first round loads the loops
         for count in cores:
             os.environ["OMP_NUM_THREADS"] = str(count)
             *times, chains[count] = step_once(scene, stepper, steps)
@@ -77,7 +78,7 @@ def compare(particles: int, cores: list[int], repeats: int) -> None:
 
 
 def collide_whole(sizes: list[int]) -> None:
-    """Print time and bar of whole collisions, and by which power the time grows."""
+    """Print time and error bar of whole collisions, and the exponent of the time."""
     print("| n | s | processor s | eta | bar | exponent |\n|---|---|---|---|---|---|")
     before: tuple[int, float] | None = None
     for particles in sizes:

@@ -1,10 +1,10 @@
 """
-Savings by modelling only what a scene requires: each economy against doing without it.
+Measure the time saved by computing only what a scene requires.
 
     python -m benchmarks.only_required [--repeats 5]
 
-Both sides of a ratio are run in turn, in processor time, and the medians are compared; both must
-give the same eta. Prints a Markdown table.
+For each saving, runs with and without it alternate, and their median processor times are compared.
+Both must give the same eta. Prints a Markdown table.
 """
 
 import argparse
@@ -24,14 +24,14 @@ from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal, s
 from chaincor.workflows.engines.reference.look_ahead import LookAhead
 from chaincor.workflows.engines.reference.moving import Motion
 
-# Error of the table's force: a thousandth of the error allowed by v0 = 1e-3 and eta to 1e-9.
+# Error of the tabulated force: a thousandth of the error that v0 = 1e-3 and eta to 1e-9 allow.
 FORCE_ERROR = 1e-12
 WIDE = (0.8, 1.8)
 
 
 @dataclass(frozen=True)
 class Economy:
-    """Two ways to the same eta."""
+    """Two methods that give the same eta."""
 
     name: str
     scene: Scene
@@ -41,30 +41,30 @@ class Economy:
 
 
 def step(scene: Scene, timestep: float = 0.2, frame_interval: float | None = None) -> float:
-    """Return eta by steps of order 8."""
+    """Return eta from steps of order 8."""
     numerics = Numerics(scheme="order8", timestep=timestep)
     return stepping.run(scene.problem, numerics, frame_interval).eta
 
 
 def step_and_prove(scene: Scene) -> float:
-    """Return eta by steps of order 8 that shrink until they agree, from a usual one on."""
+    """Return eta from steps of order 8 that are reduced until two results agree."""
     return converge(scene.problem, 1e-10).restitution
 
 
 def step_with_frames(scene: Scene) -> float:
-    """Return eta, twenty snapshots taken while sound crosses the chain, as a dump has."""
+    """Return eta; twenty frames are recorded while sound crosses the chain, as for a dump."""
     return step(scene, frame_interval=scene.particles / 20.0)
 
 
 def step_to_the_end(scene: Scene) -> float:
-    """Return eta, the chain followed with the steps of the run until the end is seen."""
+    """Return eta; the end of the collision is detected with the steps of the run."""
     with patch.object(LookAhead, "settle", lambda *_: None):
         return step(scene)
 
 
 @contextlib.contextmanager
 def everything_moves() -> Iterator[None]:
-    """Let all bonds be stepped from the start, those that no sound has reached too."""
+    """Step all bonds from the start, including those that no sound has reached."""
     begin = Motion.at_start
 
     def all_active(*arguments):  # type: ignore[no-untyped-def]
@@ -77,19 +77,19 @@ def everything_moves() -> Iterator[None]:
 
 
 def step_everything(scene: Scene) -> float:
-    """Return eta, all bonds stepped from the start."""
+    """Return eta; all bonds are stepped from the start."""
     with everything_moves():
         return step(scene)
 
 
 def by_spheres(scene: Scene) -> float:
-    """Return eta of hard spheres, with the estimate of its error."""
+    """Return eta of hard spheres, after estimating its error."""
     assert hard_sphere.deviation(scene.problem) < 1e-6
     return hard_sphere.run(scene.problem).eta
 
 
 def with_table(scene: Scene, bond_range: tuple[float, float]) -> float:
-    """Return eta by LAMMPS with a table of this range, as fine as it has to be."""
+    """Return eta by LAMMPS with a table of this range and the number of rows that it needs."""
     numerics = Numerics(
         scheme="order6", timestep=0.1, bond_range=bond_range, force_error=FORCE_ERROR
     )
@@ -155,7 +155,7 @@ ECONOMIES = (
 
 
 def measure(economy: Economy, repeats: int) -> tuple[float, float]:
-    """Return the median seconds of both ways, after a first try of each."""
+    """Return the median seconds of both methods, after one run of each that is not timed."""
     sides = (economy.lean, economy.full)
     etas = [side(economy.scene) for side in sides]
     away = abs(etas[0] - etas[1])

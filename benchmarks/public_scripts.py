@@ -1,4 +1,4 @@
-"""Bottom lines of public inputs, edited in size alone, followed at four times finer steps."""
+"""Test the advice of `chaincor timestep` on public inputs, with runs at finer time steps."""
 
 import argparse
 import math
@@ -23,13 +23,13 @@ from chaincor.workflows.scripts.script_run import Runner, ScriptRun, list_files
 from chaincor.workflows.scripts.study import ScriptStudy, timestep_study
 
 ASKED = RequestedNumbers(None, tuple(read_quantity(text) for text in ALL))
-# Seconds of the wall clock that one run may take.
+# Longest run, in seconds of elapsed time.
 LONGEST_RUN = 400.0
 LEAST_STEPS = 200
 TRUTHS = 2
-# Nearby values that were not tried.
+# Factor of a time step, which makes it a step that the study has not used.
 FRESH = 0.991
-# Seeds, beside those of the study.
+# First seeds, which the study does not use.
 JUDGES, FOLLOWERS = 1_000, 2_000
 RUN = re.compile(r"^(\s*run\s+)(\d+)", re.MULTILINE)
 
@@ -61,7 +61,7 @@ def _stop(_signal: int, _frame: object) -> None:
 
 
 def row(root: Path, name: str, seconds: float, output: Path | None) -> str:
-    """Study one input in a copy of its folder, follow the advice, and say what became of it."""
+    """Study one input in a copy of its folder, follow the advice, and return the outcome."""
     folder = Path(tempfile.mkdtemp(prefix="public-"))
     started = worked()
     try:
@@ -92,13 +92,13 @@ def row(root: Path, name: str, seconds: float, output: Path | None) -> str:
 
 
 def worked() -> float:
-    """Return processor seconds spent so far, by this process and by all that it started."""
+    """Return the processor time of this process and its child processes so far, in seconds."""
     spent = os.times()
     return spent.user + spent.system + spent.children_user + spent.children_system
 
 
 def run(script: Path, finer: float, seed: int = 0) -> ScriptRun:
-    """Run a script at a step so many times finer, its random forces with numbers of their own."""
+    """Run a script at a finer time step, with another seed of its random forces."""
     scratch = Path(tempfile.mkdtemp(prefix="public-run-")).resolve()
     command, timeout = find_lmp_command() or "lmp", LONGEST_RUN * max(finer, 1.0)
     runner = Runner(script, list_files(script.parent), ASKED, command, scratch, timeout)
@@ -109,7 +109,7 @@ def run(script: Path, finer: float, seed: int = 0) -> ScriptRun:
 
 
 def made_small(script: Path, seconds: float) -> int:
-    """Divide the lengths of all runs so that the script is quick; returns by how much."""
+    """Divide the lengths of all runs to make the script quick; return the divisor."""
     text = script.read_text("utf-8", "replace")
     longest = max((int(steps) for _, steps in RUN.findall(text)), default=0)
 
@@ -127,7 +127,7 @@ def made_small(script: Path, seconds: float) -> int:
         shorten(fewer)
     longest_cut = fewer
     taken = done.seconds
-    # So many steps more as there is time for, their number a power of two below the script's.
+    # Runs are lengthened as far as the time allows, to a power of two below the original length.
     fewer = 2 ** math.ceil(math.log2(max(fewer * taken / seconds, 1.0)))
     fewer = min(fewer, longest_cut)
     shorten(fewer)
@@ -135,7 +135,7 @@ def made_small(script: Path, seconds: float) -> int:
 
 
 def followed(study: ScriptStudy) -> str:
-    """Do as the bottom line says, and count the quantities that it keeps within their tolerance."""
+    """Follow the advice, and count the quantities that are within their tolerance."""
     assert study.ladder is not None
     assert study.own_step is not None
     (ladder,) = study.ladders
@@ -154,7 +154,7 @@ def followed(study: ScriptStudy) -> str:
     missed = []
     for each in numbers:
         truths = [judge.numbers[each.name].value for judge in judges]
-        # The reference is uncertain by the scatter of a few runs.
+        # The scatter of a few runs gives the uncertainty of the reference.
         scatter = max(float(np.std(truths, ddof=1)), float(each.verdict.scatter[-1]))
         bar = 2.0 * scatter / math.sqrt(len(truths))
         found = [each_run.numbers[each.name].value for each_run in runs]
@@ -167,7 +167,7 @@ def followed(study: ScriptStudy) -> str:
 
 
 def promise(study: ScriptStudy) -> tuple[float | None, int]:
-    """Return the step that the bottom line names, and how many runs it averages."""
+    """Return the time step of the advice, and the number of runs to average."""
     use = answer_of(study, study.ladders[0]).use
     return (None, 0) if use is None else (use.value, use.runs)
 

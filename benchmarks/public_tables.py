@@ -1,11 +1,11 @@
 """
-Errors of tables that others wrote, judged by LAMMPS and by rows that were held out.
+Test estimated errors of public tables, by LAMMPS and by omitted rows.
 
 Run: python -m benchmarks.public_tables FILE ... [--most 40] [--csv FILE]
 
-Every second row of each section is kept, and `check_table` gives the error of the force. The
-installed LAMMPS interpolates the kept rows. Its forces are compared with the rows that were held
-out, and their means with the slopes of its energies over seven rows.
+Every second row of each section is kept, and `check_table` estimates the error of the force. The
+installed LAMMPS interpolates the kept rows. LAMMPS's forces are compared with the omitted rows. The
+means of these forces over seven rows are compared with the slopes of LAMMPS's energies.
 """
 
 import argparse
@@ -25,19 +25,20 @@ from chaincor.workflows.tables.reading import kind_of, read_sections, read_text
 _LEAST_ROWS = 40
 _FINER = 4
 _BESIDE = 7
-# Errors below these are equal: a millionth of the local force, the last digits of LAMMPS's writers.
+# Smaller errors are replaced by this one: a millionth of the local force, which is the last digit
+# that LAMMPS writes.
 _LEAST = 1e-6
-# Errors above these are equal: the whole local force.
+# Larger errors are replaced by this one: the whole local force.
 _MOST = 1.0
-# LAMMPS raises the sine of an angle to at least 0.001, so its forces are wrong within this many
-# degrees of 0 and 180.
+# LAMMPS replaces the sine of an angle by 0.001 if it is smaller. Forces are therefore wrong within
+# this many degrees of 0 and 180.
 _NEAR_ENDS = 0.06
 # A cubic spline through even rows amplifies the rounding of the rows at most by this factor.
 _BETWEEN_ROWS = 1.55
 
 
 def keywords(path):
-    """Return the keywords of a file: the first words before lines with N."""
+    """Return the keywords of a file: the first words of the lines before lines with N."""
     lines = [line.split("#")[0].split() for line in read_text(path).splitlines()]
     lines = [words for words in lines if words]
     return [
@@ -61,7 +62,7 @@ def halved(path, keyword, target):
         header += f" R {kept[0, 0]} {kept[-1, 0]}"
     if slopes := section.header.get("FP") or section.header.get("FPRIME"):
         header += f" {'FPRIME' if kind == 'pair' else 'FP'} {slopes[0]} {slopes[1]}"
-    # The shortest decimals keep the number of digits of the file, which is a source of error.
+    # The shortest decimals preserve the number of digits in the file, which is a source of error.
     rows = [" ".join(map(repr, [k, *row])) for k, row in enumerate(kept.tolist(), 1)]
     target.write_text("\n".join(["KEY", header, "", *rows, ""]))
     return kind, data, rounding
@@ -69,10 +70,10 @@ def halved(path, keyword, target):
 
 def true_error(report, data, rounding, path):
     """
-    Return LAMMPS's largest error in the report's range, as a part of the local force.
+    Return LAMMPS's largest errors in the range of the report, relative to the local force.
 
-    `rounding`, of shape (rows, 2), is half a unit of the last digit of energies and forces. Smaller
-    differences from the rows are no errors.
+    `rounding`, of shape (rows, 2), is half a unit of the last digit of energies and forces.
+    Differences from the rows below this rounding are not errors.
     """
     judge = report.curves
     low, high = data[0, 0], data[-1, 0]
@@ -83,17 +84,19 @@ def true_error(report, data, rounding, path):
     at_rows = slice(None, None, _FINER)
     r = data[:, 0]
     margin = _NEAR_ENDS if report.kind == "angle" else 0.0
-    # LAMMPS's cutoff is the last row, where its pairs have no force any more.
+    # LAMMPS's cutoff is the last row, at which pairs have no force.
     first, last = max(report.range[0], low + margin), min(report.range[1], high - margin)
     inside = (r >= first) & (r <= last) & (r < high)
     off = np.clip(np.abs(given.forces[at_rows] - data[:, 2]) - rounding[:, 1], 0.0, None)
     missed = off[inside] / judge.size_at(r[inside])
-    # Between rows that are seven kept rows apart, energies and mean forces must agree.
+    # Between rows at a distance of seven kept rows, the energy difference must agree with the mean
+    # force.
     wide = 2 * _BESIDE * _FINER
     h = (high - low) / (count - 1)
     f = given.forces
     simpson = h / 3.0 * (f[:-2:2] + 4.0 * f[1:-1:2] + f[2::2])
-    # Sums over windows: cumulated ones would lose the well behind the core.
+    # Each window is summed separately, because cumulative sums would lose the digits of the well
+    # beside the much larger core.
     windows = np.lib.stride_tricks.sliding_window_view(simpson, wide // 2)
     forces = windows.sum(axis=1) / (wide * h)
     slopes = -(given.energies[wide:] - given.energies[:-wide])[::2] / (wide * h)
@@ -108,7 +111,7 @@ def true_error(report, data, rounding, path):
 
 
 def main():
-    """Judge sections and print how many errors are within a factor of two."""
+    """Judge sections; print how many estimated errors are right within a factor of two."""
     parser = argparse.ArgumentParser(description="Judge tables that others wrote.")
     parser.add_argument("files", nargs="+", type=Path)
     parser.add_argument("--most", type=int, default=40)

@@ -1,11 +1,11 @@
-"""Compare the rounding that derivatives foretell with the scatter of runs at neighbouring speeds.
+"""Compare rounding errors predicted by derivatives with the scatter at neighbouring speeds.
 
-The same scheme and step, at the speed and at the next doubles on either side of it: eta by itself
-changes by some 1e-16 of its slope then, and roundings on the way are drawn anew. Late contacts of a
-chain that broke come in some runs and not in others: compared is eta after those that come while
-sound crosses the chain four times. Prints a row of docs/sensitivity.md for each scene, and ends
-with 1 where both differ by more than a factor 3, as they do where the last digits decide whether a
-contact comes (3000:0.39).
+Runs with the same scheme and time step have impact speeds that are neighbouring doubles. The exact
+eta changes by only about 1e-16 of its slope, but each run has other rounding errors. Late contacts
+of a broken chain occur in some runs and not in others. Eta is therefore compared after the contacts
+during the first four crossings of sound. Prints a row of docs/sensitivity.md for each scene. The
+exit status is 1 if prediction and scatter differ by more than a factor of 3, which happens if
+rounding decides whether a contact occurs (3000:0.39).
 
 Run: python -m benchmarks.rounding_scatter [--runs 10] [PARTICLES:SPEED ...]
 """
@@ -23,14 +23,16 @@ from chaincor.workflows.sensitivity.sensitivity import first_linearised_step, gr
 from chaincor.workflows.sensitivity.trace import SCHEME, trace
 
 SCENES = ("100:0.4", "100:1", "1000:1")
-# A coarse run tells how short bonds get, and counts contacts.
+# Time step of a coarse run, which gives the shortest bond and the number of contacts, and number of
+# crossings of sound.
 SCOUT, CROSSINGS = 0.1, 4.0
-# The deviation of ten draws is known to a quarter, and not all roundings are to nearest at random.
+# Largest ratio of scatter to prediction. The standard deviation of ten runs is known to a quarter,
+# and rounding is not entirely random.
 MOST = 3.0
 
 
 def compare(particles: int, speed: float, runs: int) -> tuple[str, bool]:
-    """Return a row of the table for an lj chain, and whether it is as predicted."""
+    """Return a row of the table for an lj chain, and whether the scatter is as predicted."""
     began = time.process_time()
     scene = Scene(potential="lj", particles=particles, speed=speed, engine="reference")
     v0 = scene.impact_velocity
@@ -55,7 +57,7 @@ def compare(particles: int, speed: float, runs: int) -> tuple[str, bool]:
 
 
 def main() -> None:
-    """Print the table; exit with 1 where a scatter was not predicted."""
+    """Print the table; exit with 1 if a scatter was not predicted."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenes", nargs="*", default=SCENES, metavar="PARTICLES:SPEED")
     parser.add_argument("--runs", type=int, default=10)

@@ -1,4 +1,4 @@
-"""Test of the advice of `chaincor timestep`: six scripts, with the advice followed."""
+"""Test the advice of `chaincor timestep` for six scripts, by following it."""
 
 import argparse
 import math
@@ -15,7 +15,8 @@ from chaincor.workflows.scripts.script_run import Runner, list_files
 from chaincor.workflows.scripts.study import timestep_study
 
 SCRIPTS = Path(__file__).parents[1] / "docs" / "examples" / "scripts"
-# Observable, ladder, seeds, tolerance, and how much finer than the ladder the judge is.
+# Observable, time steps of the study, seeds, tolerance, and how many times finer the reference runs
+# are.
 CASES = {
     "reflecting_wall": ("restitution", "timestep=0.05:0.001:8", None, 5e-3, 20.0),
     "spring_chain": ("position", "timestep=0.2:0.01:8", None, 1e-4, 10.0),
@@ -38,7 +39,7 @@ def main() -> None:
 
 
 def row(name: str) -> str:
-    """Study a script, follow the advice, and return the result."""
+    """Study a script, follow the advice, and return a row of the table."""
     word, vary, seeds, tolerance, finer = CASES[name]
     script, pattern = SCRIPTS / f"{name}.in", rf"^{word} = (\S+)$"
     phases = None if seeds else 8
@@ -67,7 +68,8 @@ def row(name: str) -> str:
         def mean(step: float, runs: int) -> float:
             return float(np.mean([run(step * random.uniform(0.98, 1.0)) for _ in range(runs)]))
 
-        # The reference of a scattering number is a mean, whose error is added to the tolerance.
+        # If a quantity scatters, the reference is a mean, and the error of this mean is added to
+        # the tolerance.
         judged = [
             mean(study.ladders[0].values[-1] / finer, 1)
             for _ in range(4 * JUDGES if seeds else JUDGES)

@@ -1,8 +1,8 @@
 """
-Honest bars of tables: coarse, short-digit and noisy rows of known functions, judged by these.
+Test error bars of bond tables with few rows, few digits or noise, made from known bonds.
 
-Each draw runs the table as `potential = "table"`, and the exact function as a named bond. A bar
-holds if the two restitutions differ by no more than the bar.
+Each random table is run as `potential = "table"`, and the exact function as a named bond. An error
+bar is right if the two restitutions differ by no more than the error bar.
 
 Run: python -m benchmarks.table_rows [--draws 200] [--seed 1] [--csv FILE]
 """
@@ -20,14 +20,14 @@ from chaincor import Scene, collide
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import ChaincorError
 
-# Named bonds, and lengths between which they are tabulated.
+# Named bonds, with the range of lengths that is tabulated.
 BONDS = {"lj": (0.78, 1.6), "toda": (0.6, 1.8), "log": (0.3, 2.5), "morse": (0.68, 1.7)}
 KINDS = ("coarse", "digits", "noise")
 
 
 @dataclass(frozen=True)
 class Draw:
-    """One table and its collision; `noise` is a standard deviation of the force."""
+    """A table and its collision; `noise` is the standard deviation of the force."""
 
     bond: str
     kind: str
@@ -41,7 +41,7 @@ class Draw:
 
 @dataclass(frozen=True)
 class Judged:
-    """Result of a draw: true error and bar; None if the table was refused."""
+    """True error and error bar of a table; None if the table was refused."""
 
     error: float | None
     bar: float | None
@@ -49,12 +49,12 @@ class Judged:
 
     @property
     def holds(self) -> bool:
-        """Whether the bar is at least the error."""
+        """Whether the error bar is at least as large as the error."""
         return self.error is None or self.bar is None or self.error <= self.bar
 
 
 def draw(rng: np.random.Generator) -> Draw:
-    """Return a table at random."""
+    """Return the parameters of a random table."""
     kind = str(rng.choice(KINDS))
     bond = str(rng.choice(list(BONDS)))
     coarse = round(10.0 ** rng.uniform(1.0, 2.3))
@@ -71,7 +71,7 @@ def draw(rng: np.random.Generator) -> Draw:
 
 
 def write_table(path: Path, given: Draw, bond: Potential, rng: np.random.Generator) -> None:
-    """Write the rows of a draw; energies are left out."""
+    """Write the rows of a table, with energies of 0."""
     lengths = np.linspace(BONDS[given.bond][0], given.longest, given.rows)
     forces = bond.force(lengths - 1.0) + given.noise * rng.standard_normal(given.rows)
     rows = [
@@ -82,7 +82,7 @@ def write_table(path: Path, given: Draw, bond: Potential, rng: np.random.Generat
 
 
 def judge(given: Draw, rng: np.random.Generator) -> Judged:
-    """Run a table, and the function it is of."""
+    """Run a table and the bond that it was made from; return error and error bar."""
     scale = Scene(potential=given.bond, particles=given.particles, speed=1.0).impact_velocity
     known = Scene(
         potential=given.bond,
@@ -105,7 +105,7 @@ def judge(given: Draw, rng: np.random.Generator) -> Judged:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Judge, and print how many bars hold and how wide they are."""
+    """Judge tables; print how many error bars are right and how wide they are."""
     parser = argparse.ArgumentParser(description="Judge the bars of coarse and noisy tables.")
     parser.add_argument("--draws", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
@@ -128,7 +128,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for kind in KINDS:
         mine = [judged for given, judged in results if given.kind == kind]
         shown = [j for j in mine if j.error is not None and j.bar is not None]
-        # Errors below what the known function is known to say nothing of the width of a bar.
+        # Errors below the error of the exact run are replaced by it, because they say nothing about
+        # the width of an error bar.
         wide = [j.bar / max(j.error, 1e-9) for j in shown if j.error and j.bar]
         print(
             f"{kind}: {len(mine)} tables, {len(mine) - len(shown)} refused, "

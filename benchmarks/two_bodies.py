@@ -1,7 +1,7 @@
-"""Draw what unequal masses, lengths of two rods and one defect do to the restitution.
+"""Plot the restitution against mass ratio, length of a second rod, and position of a defect.
 
-Three figures and, with every digit and error bar, a table of their points. Points that are in the
-store are not computed again.
+Writes three figures, and a table of their points with all digits and error bars. Points that are in
+the store are not computed again.
 
 Run: python -m benchmarks.two_bodies [--engine lammps|reference] [--tolerance 1e-9] [--draw]
 """
@@ -28,7 +28,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.into_store import collide_into_store
 from chaincor.workflows.store.row import Row
 
-# Ratios of two particles lie densely: their curve has corners. Its minimum is at 1.43447.
+# Number of mass ratios by number of particles. The curve of two particles has corners and needs
+# many points. The minimum of this curve is at 1.43447.
 _RATIOS = {2: 401, 10: 161, 50: 81}
 _LEAST_OF_TWO = 1.43447  # 1 + 2 max(-sin z/z)
 _ROD = 24
@@ -40,7 +41,7 @@ _COLOURS = (BLUE, VERMILION, GREEN, ORANGE)
 
 @dataclass(frozen=True)
 class Point:
-    """One point of a figure: its curve, where it lies, and the collision."""
+    """Point of a figure: name of the curve, x value, and scene."""
 
     figure: str
     curve: str
@@ -49,7 +50,7 @@ class Point:
 
 
 def diatomic_points(common: dict[str, Any]) -> Iterator[Point]:
-    """Yield chains of two kinds of particles: mass of those at odd places over that of the rest."""
+    """Yield chains with alternating masses; x is the mass of particle 1 divided by particle 2's."""
     for particles, count in _RATIOS.items():
         ratios = [*np.geomspace(0.1, 10.0, count).round(6).tolist(), _LEAST_OF_TWO]
         for ratio in sorted(ratios):
@@ -64,7 +65,7 @@ def diatomic_points(common: dict[str, Any]) -> Iterator[Point]:
 
 
 def rod_points(common: dict[str, Any]) -> Iterator[Point]:
-    """Yield harmonic rods on free rods at rest: length of the target over that of the other."""
+    """Yield harmonic rods that hit free rods; x is the target's length divided by the other's."""
     for factor in (1, 4, 16):
         for length in _LENGTHS:
             scene = Scene(
@@ -78,7 +79,7 @@ def rod_points(common: dict[str, Any]) -> Iterator[Point]:
 
 
 def defect_points(common: dict[str, Any]) -> Iterator[Point]:
-    """Yield harmonic chains in which one particle has another mass: its place from the wall."""
+    """Yield harmonic chains with one particle of another mass; x is its number from the wall."""
     for mass in _DEFECTS:
         for place in range(1, _DEFECT_CHAIN + 1):
             masses = [1.0] * _DEFECT_CHAIN
@@ -94,7 +95,7 @@ def defect_points(common: dict[str, Any]) -> Iterator[Point]:
 
 
 def kinematic_bar(row: Row) -> tuple[float, float]:
-    """Return e = sqrt(eta) and how far it may be off: half of eta's bar over e, or its root."""
+    """Return e = sqrt(eta), and the error bar of e from that of eta."""
     eta, bar = row.restitution, row.restitution_error
     assert bar is not None
     e = eta**0.5
@@ -102,11 +103,11 @@ def kinematic_bar(row: Row) -> tuple[float, float]:
 
 
 def draw(table: Path, name: str, label: str, path: Path, *, logarithmic: bool) -> None:
-    """Draw e over x from the table into a file; its bars are below 1e-11 and not to be seen."""
+    """Plot e against x from the table; error bars are below 1e-11 and invisible."""
     with table.open(newline="", encoding="ascii") as file:
         rows = [row for row in csv.DictReader(file) if row["figure"] == name]
     figure, ax = new_figure()
-    # Places are whole numbers: nothing lies between them.
+    # Positions of a defect are whole numbers, and no line connects them.
     line = "none" if name == "one_defect" else "-"
     size = 4.0 if name == "one_defect" else 2.0
     curves = list(dict.fromkeys(row["curve"] for row in rows))
@@ -133,7 +134,7 @@ def draw(table: Path, name: str, label: str, path: Path, *, logarithmic: bool) -
 
 
 def write_table(points: list[Point], rows: list[Row], path: Path) -> None:
-    """Write every point with its bar."""
+    """Write every point with its error bar."""
     with path.open("w", newline="", encoding="ascii") as file:
         writer = csv.writer(file)
         writer.writerow(
@@ -143,7 +144,7 @@ def write_table(points: list[Point], rows: list[Row], path: Path) -> None:
             bar = row.restitution_error
             assert bar is not None
             e, e_bar = kinematic_bar(row)
-            # The last digits of a processor are below the bar: they are not written.
+            # Digits that depend on the processor are below the error bar and are not written.
             numbers = (f"{row.restitution:.12f}", f"{bar:.1e}", f"{e:.12f}", f"{e_bar:.1e}")
             writer.writerow([point.figure, point.curve, f"{point.x:.9g}", *numbers])
     print(path)
@@ -157,7 +158,7 @@ FIGURES = {
 
 
 def main() -> None:
-    """Compute what the store lacks unless only to draw, and draw."""
+    """Compute the points that the store lacks, unless `--draw` is given, and plot."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--engine", default="lammps", choices=("lammps", "reference"))
     parser.add_argument("--tolerance", type=float, default=1e-9)
@@ -174,7 +175,7 @@ def main() -> None:
 
 
 def compute(given: argparse.Namespace, table: Path) -> None:
-    """Compute what the store lacks, and write the table."""
+    """Compute the points that the store lacks, and write the table."""
     common = {"engine": given.engine, "tolerance": given.tolerance}
     points = [*diatomic_points(common), *rod_points(common), *defect_points(common)]
     rows = collide_into_store([point.scene for point in points], given.store, workers=given.workers)

@@ -1,10 +1,11 @@
 """
-Are warm states drawn as theory says? Kolmogorov-Smirnov, each potential at three temperatures.
+Test the distribution of warm states by Kolmogorov-Smirnov, at three temperatures.
 
     python -m benchmarks.warm_draws [--states 20000] [--seed 1]
 
-Strains are compared with exp(-U/T), integrated over a fine grid from the energy alone; velocities
-with Maxwell's distribution given the momentum; and the energy of every mode of springs with T.
+Strains are compared with exp(-U/T), which is integrated on a fine grid from the energy alone.
+Velocities are compared with Maxwell's distribution at fixed momentum. For springs, the mean energy
+of each mode is compared with T.
 """
 
 import argparse
@@ -28,14 +29,14 @@ POTENTIALS = {
     "power, order 4": {"potential": "power", "power_order": 4, "power_c": 1.0},
     "formula": {"potential": "formula", "energy": "cosh(4*s)/16"},
 }
-# Energies over the depth of a bond, or over 0.1 for unbreakable bonds.
+# Temperatures, as fractions of the highest temperature that a bond allows, but at most of 0.1.
 PARTS = (1e-4, 1e-2, 1.0)
 MASSES = np.array([1.0, 3.0, 2.0, 0.5])
 _NONE = np.zeros(0)
 
 
 def draw_p_values(fields: dict, part: float, seeds: list[int]) -> tuple[float, float, float]:
-    """Return the temperature, and the p-values of strains and of velocities, the least of four."""
+    """Return the temperature, and the p-values of strains and of velocities (least of four)."""
     bond = Scene(**fields).bond
     held = min(bond.dissociation, bond.barrier, LEAST_DEPTH * 0.1)
     temperature = 0.999 * part * held / LEAST_DEPTH
@@ -54,7 +55,7 @@ def draw_p_values(fields: dict, part: float, seeds: list[int]) -> tuple[float, f
 
 
 def mode_means(particles: int, seeds: list[int]) -> tuple[float, float]:
-    """Return by how many standard errors mean energies of modes differ from T: most, and rms."""
+    """Return differences of modes' mean energies from T in standard errors: largest and rms."""
     bond = Scene(potential="harmonic").bond
     drawn = draw(bond, 1e-3, np.ones(particles), _NONE, seeds)
     places = np.concatenate((np.zeros((len(seeds), 1)), np.cumsum(drawn.strains, axis=1)), axis=1)
@@ -65,7 +66,7 @@ def mode_means(particles: int, seeds: list[int]) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Print all of it."""
+    """Print all p-values."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument("--states", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=1)
@@ -73,7 +74,7 @@ def main() -> None:
     found: list[float] = []
 
     def next_seeds(modes: int = 0) -> list[int]:
-        # With equal seeds, all cases have the same numbers, and the same p-value.
+        # With equal seeds, all cases would have the same random numbers, and the same p-value.
         first = given.seed + (len(found) // 2 + modes) * given.states
         return list(range(first, first + given.states))
 
@@ -83,7 +84,7 @@ def main() -> None:
         for part in PARTS:
             temperature, strains, velocities = draw_p_values(fields, part, next_seeds())
             print(f"{name:16} {temperature:10.3g} {strains:8.3f} {velocities:24.3f}")
-            # The least of four is below p with the probability 1 - (1 - p)^4.
+            # The least of four p-values is below p with the probability 1 - (1 - p)^4.
             found += [strains, 1.0 - (1.0 - velocities) ** 4]
     uniform = stats.kstest(found, "uniform").pvalue
     print(f"all {len(found)} together, as p-values are distributed evenly: {uniform:.3f}")
