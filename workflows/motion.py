@@ -142,7 +142,7 @@ class ResultMotion(Observed):
         list of ChainState
             States from the first contact (time 0) until shortly after the last contact. The
             intervals between states are equal; with LAMMPS they are nearly equal. With the
-            reflecting wall, the first state is one step after the contact. The `step` of a state is
+            stock wall, the first state is one step after the contact. The `step` of a state is
             its index.
 
         Raises

@@ -50,7 +50,7 @@ _ALONE = 1.0
 # In a step that ends behind the wall, bond 1 may open at this multiple of v0, starting from its
 # largest length in front of the wall.
 _OVERSHOOT = 4.0
-# Errors of the reflecting wall can stretch bonds of a warm chain beyond the lengths in the
+# Errors of the stock wall can stretch bonds of a warm chain beyond the lengths in the
 # reference run. The range of the table is therefore wider by this factor.
 _OTHERWISE = 1.25
 # With explicit numerics, a warning is issued if the error of the reference run exceeds this value.

@@ -23,7 +23,7 @@ from chaincor.workflows.measured import measured
 PROOF_STEPS = (0.5, 0.54, 0.93)
 # The values are ratios, for each wall model: error of the run divided by the largest difference
 # from the runs at these multiples. In theory the ratio is 4/3 for order 2 and near 1 for higher
-# orders. The error of the reflecting wall does not shrink regularly; the largest difference itself
+# orders. The error of the stock wall does not shrink regularly; the largest difference itself
 # then shows its size.
 PROOF_SHARE: dict[str, float] = measured("proof_share")
 

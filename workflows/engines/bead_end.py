@@ -1,4 +1,4 @@
-"""Prove from one state that beads never touch their target again."""
+"""Prove from one state that a column of beads never touches its target again."""
 
 import numpy as np
 
@@ -11,9 +11,9 @@ def bodies_part(line: Line, potential: float, gap: float, velocities: Array) -> 
     Return whether it is proved that two bodies at a distance `gap` never touch again.
 
     `velocities` are along x, of shape (N,). `potential` is an upper bound on the energy of all
-    overlaps within the bodies. :mod:`.reference.bead_loops` has the proof. It compares the
-    velocities of the beads with velocities w that rise along x. The energy limits the differences
-    between both sets of velocities.
+    overlaps within the bodies. The docstring of :mod:`.reference.bead_loops` has the proof, which
+    compares the velocities of the beads with velocities w that rise along x. The energy limits the
+    differences between both sets of velocities.
     """
     if gap < 0.0:
         return False

@@ -1,4 +1,4 @@
-"""Symmetric compositions: fractions of a step that turn a second-order map into a higher order."""
+"""Define symmetric compositions of Verlet steps, which reach higher orders."""
 
 from dataclasses import dataclass
 
@@ -11,8 +11,8 @@ SOURCES: dict[str, str] = {
     "order6": f"{_KAHAN_LI}, s9odr6a",
     "order8": f"{_KAHAN_LI}, s17odr8a",
 }
-# The first half and the centre define each palindrome. The centre makes the sum of the weights
-# exactly one.
+# Each sequence of weights is a palindrome, given by its first half and its centre. The centre makes
+# the sum of all weights exactly one.
 _SUZUKI = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))
 _HALVES: dict[Scheme, tuple[float, ...]] = {
     "verlet": (),

@@ -2,9 +2,10 @@ r"""
 Locate a contact within a step, to rounding, for both engines.
 
 The path of particle 1 over a step, x(s) for 0 <= s <= H, comes from the composed map itself,
-:math:`x(s) = x_1(\Phi_s(z))`. A contact is therefore located to rounding for schemes of any order.
-Within one step, no more particles can act on particle 1 than the map has stages. The search moves
-only these particles.
+:math:`x(s) = x_1(\Phi_s(z))`. Here z is the state at the start of the step, and :math:`\Phi_s` the
+map over a step s. A contact is therefore located to rounding for schemes of any order. Within one
+step, no more particles can act on particle 1 than the map has stages. The search moves only these
+particles.
 
 The search starts from the quintic that fits position, velocity and acceleration at both ends. The
 quintic has at most as many roots as its Bernstein coefficients have sign changes (Descartes' rule).
@@ -24,7 +25,7 @@ from chaincor.lammps_inputs.arrays import Array
 PathPoint = tuple[float, float, float]
 Quintic = tuple[float, float, float, float, float, float]
 
-# This is the relative resolution of times, which rounding limits.
+# Rounding limits the relative resolution of times to this value.
 RESOLUTION = 4e-16
 # A Newton step doubles the number of correct digits; near a double zero it halves the remaining
 # distance. If a search takes more steps than this, the motion has exploded, and the bounds on its
@@ -36,8 +37,9 @@ NARROWEST = 2.0**-20
 # A search takes at most this many evaluations. Newton's method needs about three evaluations;
 # bisection to rounding would need 53.
 MOST_ITERATIONS = 80
-# A Newton step below this fraction of the time is the last one, because the slope of the map
-# differs from the velocity by at most 1e-3 (for Verlet).
+# The search uses the velocity as the slope of the path. The velocity differs from the slope of the
+# map by at most 1e-3 (for Verlet); the error after a Newton step is then at most 1e-3 of this step.
+# A Newton step below this fraction of the time is therefore the last one.
 SETTLED = 1e-13
 
 

@@ -99,7 +99,7 @@ def bodies_of(line: Line, bond: Potential, strains: Array, velocities: Array) ->
 
 
 def _seen_from(body: Body, distance: float, receding: float) -> Body:
-    """Return the body at a distance from a plane that recedes at a speed."""
+    """Return the body relative to a plane at a distance that recedes from the body at a speed."""
     return body._replace(first_displacement=distance, velocities=body.velocities + receding)
 
 
@@ -113,9 +113,9 @@ class EndWatch:
     """
     Search for the end of a collision, and record for how long the end could have been argued.
 
-    `particles` is the number of particles of the chain. `stiffness` is U''(1) over the mean mass,
-    by default the stiffness of the bond. An end is argued if the risk of a return stays below
-    `risk_allowed` for a sound round trip.
+    `particles` is the number of particles of the chain. `stiffness` is U''(1) divided by the mean
+    mass; by default it is the stiffness of the bond. An end is argued if the risk of a return stays
+    below `risk_allowed` for a sound round trip.
     """
 
     def __init__(

@@ -9,7 +9,8 @@ the mean velocity:
 
 .. math:: U_\text{least}(D) + \tfrac12 V^2 \frac{m}{m - 1} \le I,
 
-Here the fragment has m particles, D is their mean displacement, V their mean velocity and I their
+Here :math:`U_\text{least}(D)` is the least bond energy with which particle 1 can be at the wall.
+The fragment has m particles, D is their mean displacement, V their mean velocity and I their
 internal energy. An end is
 
 *proved* if V > 0, the inequality fails and the fragments at every cut provably stay apart. The bond
@@ -133,9 +134,9 @@ def evaporation(pieces: Fragments, bond: Potential) -> float:
     A part with the mass :math:`m'`, of the fragment's mass m, moves at :math:`w` relative to the
     rest. The energy of this motion is :math:`\tfrac12 \mu w^2` with :math:`\mu = m'(m - m')/m`. The
     part hits the wall at the speed :math:`w (m - m')/m - V`, or it hits fragments in between, which
-    pass the momentum on. After a bond breaks, the energy :math:`I - E` is left and is shared freely
-    among n particles. The energy of one motion exceeds :math:`(I - E)(1 - q^{1/(n-2)})` with the
-    probability q. Return 0 if no part can come back.
+    pass the momentum on. A bond breaks with the energy E; the rest of the internal energy, :math:`I
+    - E`, is shared freely among n particles. The energy of one motion exceeds :math:`(I - E)(1 -
+    q^{1/(n-2)})` with the probability q. Return 0 if no part can come back.
     """
     breaking = breaking_energy(bond)
     paid = breaking if math.isfinite(breaking) else 0.0

@@ -1,11 +1,11 @@
 r"""
 Divide a broken chain into fragments, and prove that they stay apart.
 
-A stretched bond only pulls its ends towards each other. A stretched bond therefore pulls the
-fragment in front of it away from the wall. While this bond stays stretched, the effect of the rest
-of the chain on the fragment is bounded. The chain is cut at bonds that are stretched beyond their
-inflection; there the pull decreases with the length. If the gap at a cut never gets shorter than
-:math:`g + w t`, the pull across it gives each side at most the momentum
+A stretched bond pulls its two ends towards each other, and therefore pulls the fragment in front of
+the bond away from the wall. While this bond stays stretched, the effect of the rest of the chain on
+the fragment is bounded. The chain is cut at bonds that are stretched beyond their inflection; there
+the pull decreases with the length. If the gap at a cut stays above :math:`g + w t` at the time t,
+the pull across the cut gives each side at most the momentum
 
 .. math:: J \le \int_0^\infty U'(g + w t)\,dt = \frac{U(\infty) - U(g)}{w}
 
@@ -55,7 +55,7 @@ class Fragments:
     #: Internal energies, including all energy that pulls across the cuts can ever add; of shape
     #: (pieces,).
     energies: Array
-    displacements: Array  #: Mean of x_i - (i - 1); of shape (pieces,).
+    displacements: Array  #: Mean displacements x_i - (i - 1) of the fragments; of shape (pieces,).
     levers: list[tuple[Lever, Lever]]  #: Levers of both ends of each fragment.
     #: Whether the fragments on both sides of a cut provably stay apart; of shape (pieces - 1,).
     apart: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, bool))
@@ -230,7 +230,7 @@ class _Chain:
         return gaps, ahead - behind - first[:, 1] - last[:, 1]
 
     def _end(self, energy: float, lever: Lever) -> tuple[float, float]:
-        """Return a displacement of an end particle, and a bound on its speed beyond it."""
+        """Return a limit of an end particle's displacement, and its largest speed beyond it."""
         bond = self.bond
         if energy < PAID * bond.dissociation or lever.particles == 1:
             return reach(bond, energy, lever), 0.0

@@ -1,4 +1,4 @@
-"""Raw outcome of one collision, as an engine returns it before any analysis."""
+"""Define the raw outcome of one collision, which an engine returns before any analysis."""
 
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -48,7 +48,7 @@ class Frames:
         return cls(np.array(times), moved[:, -chain:], moving[:, -chain:], *target)
 
     def state(self, frame: int) -> ChainState:
-        """Return the state of both bodies in one frame, counted from 0."""
+        """Return the state of both bodies in one frame; the first frame has the index 0."""
         chain = float(self.times[frame]), self.displacements[frame], self.velocities[frame]
         if self.target_displacements is None or self.target_velocities is None:
             return ChainState(frame, *chain)
@@ -104,10 +104,11 @@ class Outcome:
     impulses: NDArray[np.float64]
     #: Whether it is proved, argued or open that no further contact comes (see ``ending.py``).
     ending: Ending
-    duration: float  #: Simulated time from the first contact to the end.
-    #: Length of the shortest bond at the ends of steps up to the last contact.
+    duration: float  #: Simulated time from the first contact to the end of the run.
+    #: Length of the shortest bond up to the last contact, sampled at the ends of steps.
     bond_min: float
-    bond_max: float  #: Length of the longest bond at the ends of steps up to the last contact.
+    #: Length of the longest bond up to the last contact, sampled at the ends of steps.
+    bond_max: float
     #: Total energy at the first contact.
     energy_start: float
     energy_end: float  #: Total energy after the last contact.
@@ -157,5 +158,5 @@ class Outcome:
 
     @property
     def longest_silence(self) -> float:
-        """Longest time between two contacts; 0 if there is only one."""
+        """Longest time between two contacts; 0 if there is only one contact."""
         return float(np.max(np.diff(self.contact_times), initial=0.0))

@@ -21,9 +21,9 @@ SHORT_DRIFT = 1e3
 # weights c_m.
 EXTRAPOLATED_ROUNDING: float = measured("extrapolated_rounding")
 # Long chains that break amplify rounding. The reference engine, which stores strains rounded to
-# eps, measures the amplification by two nudges of the speed. Coordinates are rounded n/v0 times
-# more coarsely. The constant is the true error divided by the error that the nudges predict; the
-# lower limit is a choice that covers chains of 1000 particles.
+# eps, measures the amplification by two nudges, tiny changes of the speed. Coordinates are rounded
+# n/v0 times more coarsely than strains. The constant is the true error divided by the error that
+# the nudges predict; the lower limit is a choice that covers chains of 1000 particles.
 NUDGE_RESERVE: float = measured("nudge_reserve", 6.0)
 # The amplification is checked if the tolerance is below this factor times the rounding error
 # without amplification. The factor is a choice. Amplifications up to 1e7 occur. Above about 1e5,
@@ -112,7 +112,7 @@ def rounding_of_steps(problem: Problem, scheme: str, timestep: float) -> float:
 
 
 def coarsening(scheme: str) -> float:
-    """Return the ratio of the rounding error in LAMMPS to the rounding error of composed steps."""
+    """Return the factor by which a scheme in LAMMPS has more rounding error than composed steps."""
     if scheme in COMPOSITIONS:
         return 1.0
     extrapolated = EXTRAPOLATED_ROUNDING * STEP_SCHEMES[scheme].amplification
@@ -123,9 +123,9 @@ def amplified_rounding(engine: str, sensitivity: float, problem: Problem) -> flo
     """
     Return the error of eta due to rounding that the collision amplifies.
 
-    `sensitivity` is the change of eta in the reference engine when all roundings change. It is
-    multiplied by a reserve. For ``lammps`` it is also multiplied by the ratio between the rounding
-    errors of coordinates and of strains.
+    `sensitivity` is the change of eta in the reference engine when all rounding errors change. It
+    is multiplied by a reserve. For ``lammps`` it is also multiplied by the ratio between the
+    rounding errors of coordinates and of strains.
     """
     n = problem.all_particles
     coarser = (

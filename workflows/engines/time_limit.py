@@ -84,8 +84,8 @@ def stopped_at_limit() -> Iterator[None]:
     """
     Stop Python code within the ``with`` block at the time limit; raises CostError.
 
-    The block is for code that cannot call :func:`check_time`, such as the compiler of loops. The
-    block stops between two instructions of Python.
+    The block contains code that cannot call :func:`check_time`, for example the compiler of loops.
+    The code stops between two instructions of Python.
     """
     check_time()
     limit = _current.get()

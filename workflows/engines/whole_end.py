@@ -1,12 +1,12 @@
 r"""
-Find the time from which energy alone keeps a chain that cannot break off the wall.
+Find the time after which an unbroken chain has too little energy to reach the wall.
 
 After the last contact, the mean velocity V and the internal energy I are constant. The energy I
 allows particle 1 to lie at most a certain distance behind the mean position (``ending``). No
-contact comes once the mean displacement D exceeds this distance. The time when this happens is
-known in advance, because D grows as V t. A run with coarse steps shows that particle 1 stays off
-the wall until then (``look_ahead``). Loops over many chains check whether this time has passed;
-they use bounds that are tabulated for a sequence of energies.
+contact comes once the mean displacement D exceeds this distance. The time at which D exceeds this
+distance is known in advance, because D grows as V t. A run with coarse steps shows that particle 1
+stays off the wall until then (``look_ahead``). Loops over many chains check whether this time has
+passed; they use bounds that are tabulated for a sequence of energies.
 """
 
 import math

@@ -1,1 +1,1 @@
-"""Engine that controls LAMMPS through the Python module of LAMMPS."""
+"""Engine that controls LAMMPS through LAMMPS's own Python module."""

@@ -23,8 +23,9 @@ from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference.finish import unfinished_error
 from chaincor.workflows.errors import CrossingError, LostAtomsError
 
-# _LOOK is the interval between checks for the end. The motion of n beads is followed for n + 10
-# times _FOLLOWED. The unit of time is the time in which two colliding beads stop each other.
+# _LOOK is the interval between checks for the end of the collision. The motion of n beads is
+# followed for n + 10 times _FOLLOWED. The unit of time is the time in which two colliding beads
+# stop each other.
 _LOOK, _FOLLOWED = 0.3, 1000.0
 
 
@@ -144,7 +145,7 @@ class _Column:
         return float(self._line.chain_masses @ self._chain.v[: self._problem.particles])
 
     def _overlap(self, until: float) -> ContactRecord | None:
-        """Move soft bodies until a time; return the contact if one ends before."""
+        """Move soft bodies until a time; return the contact that ends before, if any."""
         flight, chain = self._flight, self._chain
         gap, gap_velocity = self._gap()
         if self._touched is None and gap <= 0.0 > gap_velocity:

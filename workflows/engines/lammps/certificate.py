@@ -38,7 +38,7 @@ def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> Tabl
     """
     Return the largest errors of LAMMPS's interpolation between the rows of a table.
 
-    A constant difference of the energies is not an error.
+    A constant difference between the energies is not an error.
     """
     parts = [_largest_errors(chain, 1, table, bond)]
     if table.far is not None:
@@ -66,7 +66,7 @@ def _lengths_asked(table: BondTable) -> int:
 def _largest_errors(
     chain: LammpsChain, bond_type: int, table: BondTable, bond: Potential
 ) -> list[float]:
-    """Return the largest errors of force and energy inside the margins, then those within them."""
+    """Return the largest errors of force and energy, first away from the ends, then at the ends."""
     first, last = float(table.lengths[0]), float(table.lengths[-1])
     inset, margin = 0.25 * table.spacing, MARGIN_BINS * table.spacing
     everywhere = (first + inset, last - inset, last - first - 2 * inset)

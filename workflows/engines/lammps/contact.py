@@ -14,7 +14,7 @@ from chaincor.workflows.engines.lammps.instance import LammpsChain
 
 # The longest time of approach includes this factor as a reserve.
 _LATEST = 1.1
-# Steps are graded for this time beside an event, in units of 1/frequency of the fastest bond.
+# Steps within this time of an event are graded; the unit is 1/frequency of the fastest bond.
 _ZONE = 1.0
 
 

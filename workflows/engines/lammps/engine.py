@@ -181,7 +181,7 @@ def _run_in_folder(
         held = seen < table.longest - _unsure_end(table, numerics)
         if error is not None:
             if isinstance(error, BondRangeError) and np.isnan(error.length):
-                raise error  # no table can be wider, because the bond has no data beyond
+                raise error  # no table can be wider, because the bond has no more data
             length = error.length if isinstance(error, BondRangeError) else np.inf
             if _is_impossible(problem, length):
                 # If a bond is less than one bin longer than the last row, LAMMPS reads undefined
@@ -222,7 +222,7 @@ def guess_bond_range(problem: Problem) -> tuple[float, float]:
 
 
 def _unsure_end(table: BondTable, numerics: Numerics) -> float:
-    """Return the margin of a table: a longer bond may have left the table unnoticed."""
+    """Return the margin at the end of a table; bonds in this margin may have left it unseen."""
     if numerics.bond_range is None:
         return _UNSEEN * (table.longest - 1.0)
     return (table.far or table).spacing
@@ -231,8 +231,8 @@ def _unsure_end(table: BondTable, numerics: Numerics) -> float:
 def _is_impossible(problem: Problem, length: float) -> bool:
     """Return whether a bond of this length needs more energy than the chain had at impact."""
     energy = problem.start_energy
-    # Bounds: one bond has all the energy, or two particles have it and separate for the longest
-    # time.
+    # Two bounds: one bond has all the energy, or two particles have all the energy and separate for
+    # the longest time.
     speed = 2.0 * (energy / problem.line.lightest) ** 0.5
     longest = 1.0 + speed * longest_collision(problem.longest_body, problem.slow_stiffness, np.inf)
     if length > longest:

@@ -69,8 +69,8 @@ class LammpsFlight(ABC):
         """
         Move to the next contact and apply it.
 
-        Return the contact. Return None if no contact comes before the first end of a step at or
-        after `limit`, or if soft bodies start to touch.
+        Return the contact. Return None if a step ends at or after the time `limit` without a
+        contact, or if soft bodies start to touch.
         """
 
 
@@ -81,7 +81,7 @@ class VerletFlight(LammpsFlight):
     The position at the end of each step, x + v h + f h^2/2, is known exactly in advance. A step
     that would end behind the wall contains a contact. With the event wall, this step is shortened
     to end at the wall, and the velocity of particle 1 is reversed there. A step is also shortened
-    if x + v t + f t^2/2 passes the wall and turns back within the step. With the reflecting wall,
+    if x + v t + f t^2/2 passes the wall and turns back within the step. With the stock wall,
     LAMMPS's own fix reflects a particle that ends a step behind the wall.
 
     While particle 1 is far from the wall, many steps are taken at once, without checks. The

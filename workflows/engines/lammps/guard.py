@@ -43,12 +43,12 @@ class WallGuard:
     A wall potential ends the run of LAMMPS with an error if a particle is behind its wall. The
     guard is a wall potential with zero depth and nearly zero range, which has no other effect. The
     guard acts on particle 1 only while its group contains the particle. During this time LAMMPS's
-    reflecting wall, if there is one, does not act on the particle, because this wall would reflect
+    stock wall, if there is one, does not act on the particle, because this wall would reflect
     the particle first.
 
     The guard stands far enough in front of the wall to catch steps that touch the wall only between
     their ends. If the acceleration is at most a, one end of such a step lies within a h^2/8 of the
-    wall. With the reflecting wall, steps are not examined between their ends.
+    wall. With the stock wall, steps are not examined between their ends.
     """
 
     def __init__(self, chain: LammpsChain, problem: Problem, reflect: bool) -> None:

@@ -55,8 +55,8 @@ class LammpsChain:
     The chain starts at its first contact. The arrays `x`, `v` and `f`, of shape (n + M,), are the x
     components of LAMMPS's positions, velocities and forces. They are views of LAMMPS's memory:
     reading costs nothing, and the next step uses values that are written to them. The particles of
-    a free target follow the particles of the chain, from the contact outward. Without a table,
-    LAMMPS computes harmonic bonds by formula. The files that LAMMPS reads are written to `folder`.
+    a free target follow the particles of the chain, from the contact outward. Without a table, the
+    bonds are harmonic. The files that LAMMPS reads are written to `folder`.
     """
 
     def __init__(

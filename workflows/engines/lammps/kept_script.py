@@ -78,7 +78,7 @@ def _scripted_steps(problem: Problem, numerics: Numerics, time: float) -> Script
 
 def flown_on(problem: Problem) -> float:
     """
-    Return the time for which a script follows a chain after the last contact of the chain.
+    Return the time for which a script follows a chain after its last contact.
 
     The bond table of the script must cover all bond lengths during this time.
     """

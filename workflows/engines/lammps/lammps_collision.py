@@ -61,7 +61,7 @@ class ChainCollision:
         lengths = self.chain.lengths() if problem.longest_body > 1 else np.ones(1)
         self.shortest_seen, self.longest_seen = float(lengths.min()), float(lengths.max())
         self.shortest, self.longest = self.shortest_seen, self.longest_seen
-        # The bond table must cover this length, the longest at any time.
+        # longest_ever is the length of the longest bond at any time; the bond table must cover it.
         self.longest_ever = self.longest_seen
         self._touched = False
         self.ending: Ending | None = None
@@ -79,7 +79,7 @@ class ChainCollision:
         self.overdue = np.inf
         # The end was found at the time ended_at; frames are needed until flown_on.
         self.ended_at, self.flown_on = 0.0, np.inf
-        # Nearly equal motions disagree about late contacts with this momentum.
+        # doubt is the momentum of late contacts about which nearly equal motions disagree.
         self.doubt = 0.0
 
     def _state(self) -> tuple[Array, Array]:

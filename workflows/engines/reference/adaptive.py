@@ -59,8 +59,8 @@ def run(problem: Problem, accuracy: float, frame_interval: float | None = None) 
 
     `accuracy` is the target error of the restitution; the difference from a run at a tenth of
     `accuracy` shows the error reached. Snapshots at multiples of `frame_interval` come from partial
-    steps and leave the motion unchanged. Raises TimestepError if no step, however small, is
-    accurate, and the errors of ``stepping.run``.
+    steps and leave the motion unchanged. Raises the errors of ``stepping.run``, and TimestepError
+    if no step, however small, is accurate.
     """
     if problem.bond.only_pushes:
         return beads.run(problem, accuracy, frame_interval, SCHEME)
@@ -186,7 +186,7 @@ class _Flight(AdaptiveFlight):
         floor, ceiling = allowed_strains(problem.bond)
         run_state.strain_floor = -math.inf if bond.logarithmic else floor
         run_state.strain_ceiling = ceiling
-        # This is only a guess, because steps that are too large are rejected and shortened.
+        # A guess suffices, because steps that are too large are rejected and shortened.
         run_state.step = 0.05 / (math.sqrt(stiffness) * max(1.0, speed))
         bookkeeping.record_contact(run_state, contacts, 0.0, speed)
         bookkeeping.note_impulse(run_state, contacts, 2.0 * speed)

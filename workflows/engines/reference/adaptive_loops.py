@@ -53,7 +53,7 @@ RUN_STATE: Any = np.dtype(
 
 
 class Tableau(NamedTuple):
-    """Embedded Runge-Kutta method."""
+    """Coefficients of an embedded Runge-Kutta method."""
 
     a: Array  #: Weights of the earlier slopes in each stage; of shape (stages, stages).
     b: Array  #: Weights of the slopes in the step; of shape (stages,).

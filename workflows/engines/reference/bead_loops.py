@@ -1,8 +1,8 @@
 r"""
-Build the loops for beads: adaptive steps of order 8 that end where the bodies touch.
+Build the loops for beads: adaptive steps of order 8, and contacts of the bodies.
 
-The state of N beads along x is one array, :math:`(x_1, s_1 \dots s_{N-1}, v_1 \dots v_N, Q)`, with
-the energy Q that damping took. One of the strains s is the gap between the bodies, which has its
+The state of N beads along x is one array, :math:`(x_1, s_1 \dots s_{N-1}, v_1 \dots v_N, Q)`, where
+Q is the energy lost to damping. One of the strains s is the gap between the bodies, which has its
 own contact law. A step in which the bodies touch or part ends at this moment; the same method takes
 this shorter step.
 

@@ -1,4 +1,4 @@
-"""Scalar state of a run, and its changes at the end of a contact and of a step."""
+"""Define the scalar state of a run, and update it at the ends of contacts and steps."""
 
 import math
 from typing import Any
@@ -15,7 +15,7 @@ DONE, ARGUE, FULL, CROWDED, OUTSIDE = range(5)
 
 # The end is searched for after this time without a contact, in mean intervals between contacts.
 PATIENCE = 2.0
-# One step may have this many contacts.
+# The arrays always have room for this many contacts in the next step.
 SPARE_CONTACTS = 64
 # A step probably has a contact if the parabola of the gap, fitted at the start, ends below this
 # fraction of the distance v0 H.

@@ -98,7 +98,7 @@ class LoopCompiler:
         self, function: Callable, fastmath: frozenset[str] = FUSED, inline: bool = True
     ) -> Callable:
         """
-        Register a function, which may call other functions that its closure contains.
+        Register a function, which may call registered functions from its closure.
 
         Return a plain copy that compiled functions can call. The LLVM flags `fastmath` state how
         the arithmetic may differ from the written order.
@@ -147,7 +147,8 @@ class LoopCompiler:
         from numba.extending import overload, register_jitable
 
         _spare_linear_algebra()
-        # A function is removed only after its registration, so that an interrupted one is repeated.
+        # Remove a function only after its registration, so that an interrupted registration is
+        # repeated.
         while self._registered:
             function, options = self._registered[0]
             register_jitable(**_OPTIONS, **options)(function)
