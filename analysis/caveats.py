@@ -31,8 +31,8 @@ def collect_caveats(
     caveats = []
     if truncated:
         caveats.append(
-            f"the last frame of the dump is cut short and was left out; the last whole one is "
-            f"that of step {seen.last.step}"
+            "the last frame of the dump is incomplete and was left out; the last complete frame "
+            f"is at step {seen.last.step}"
         )
     if not layout.targets and np.any(np.diff(layout.rows[0]) != 1):
         caveats.append(
@@ -42,15 +42,15 @@ def collect_caveats(
     caveats += _precision_caveats(reading)
     if reading.start == "late":
         caveats.append(
-            "the first frame lies inside the collision: contacts before it are not seen, and "
-            "times are counted from the first one that is"
+            "the first frame lies inside the collision: earlier contacts are missing, and times "
+            "are counted from the first contact in the dump"
         )
     caveats += _ending_caveats(seen)
     caveats += _contact_caveats(seen.detection, bond)
     if bond is None:
         caveats.append(
-            "the bond is not known: no energy balance, and mode energies assume stiffness 1; "
-            "give it (--potential)"
+            "the bond is unknown, so there is no energy balance, and mode energies assume "
+            "stiffness 1; give the bond (--potential)"
         )
     if drifts is not None:
         caveats += _drift_caveats(drifts[0], drifts[1] - drifts[0])
@@ -91,8 +91,8 @@ def mode_caveats(frequencies: Array) -> list[str]:
     named = ", ".join(f"{first} to {last}" for first, last in groups[:3])
     more = f" and {len(groups) - 3} groups more" if len(groups) > 3 else ""
     return [
-        f"the frequencies of modes {named}{more} agree to rounding: of their energies only the sum "
-        "is known, which is shared among them evenly"
+        f"the frequencies of modes {named}{more} agree to rounding, so only the sum of their "
+        "energies is known; each of these modes gets an equal share"
     ]
 
 
@@ -100,15 +100,15 @@ def _drift_caveats(before: float, after: float) -> list[str]:
     caveats = []
     if abs(before) > _LARGE_DRIFT:
         caveats.append(
-            f"the energy drifts by {before:.1e} of itself between the first frame and the last "
-            "contact: the run is no more accurate than that"
+            f"the energy changes by a fraction of {before:.1e} between the first frame and the "
+            "last contact, so the run is no more accurate than this"
         )
     # Scripts that dump at contacts use coarser steps after the last contact. The last frame belongs
     # to these coarser steps.
     if abs(after) > max(_LARGE_DRIFT, abs(before)):
         caveats.append(
-            f"the energy drifts by {after:.1e} of itself after the last contact: restitution does "
-            "not change there, vibration and modes are no more accurate than that"
+            f"the energy changes by a fraction of {after:.1e} after the last contact; restitution "
+            "is unaffected, but vibration and modes are no more accurate than this"
         )
     return caveats
 
@@ -120,14 +120,14 @@ def _ending_caveats(seen: Followed) -> list[str]:
         other = "target" if two else "wall"
         return [
             f"the chain still moves towards the {other} in the last frame: the collision is not "
-            "over and restitution is not the final one"
+            "over, and the final restitution will differ"
         ]
     if seen.argument == "proved" or seen.alone:
         return []
     if seen.argument == "argued":
         return [
-            "energy alone does not rule out a contact after the last frame; it would take an "
-            "unlikely gathering of energy in one bond"
+            "energy alone does not rule out a contact after the last frame; such a contact would "
+            "need an unlikely concentration of energy in one bond"
         ]
     if seen.since_contact <= seen.sound_returns:
         longer = "the longer body" if two else "the chain"
@@ -135,12 +135,12 @@ def _ending_caveats(seen: Followed) -> list[str]:
             f"{since}; sound needs {seen.sound_returns:.3g} to cross {longer} and come back, so "
             "a later contact cannot be ruled out"
         ]
-    return [f"{since}; nothing but this silence shows that no later one comes"]
+    return [f"{since}; nothing else shows that no later contact follows"]
 
 
 def _contact_caveats(detection: DetectedContacts, bond: Potential | None) -> list[str]:
     if detection.method == "none":
-        return ["soft bodies touch for a while, not at one moment: no contact times are given"]
+        return ["contacts of soft bodies last for some time, so no contact times are given"]
     if detection.unresolved:
         advice = (
             "write frames closer together"
@@ -159,7 +159,7 @@ def _contact_caveats(detection: DetectedContacts, bond: Potential | None) -> lis
         ]
     if detection.worst_miss > _LARGE_MISS:
         return [
-            "contact times and speeds are uncertain: integrated from frame to frame, the momentum "
-            f"differs from that of the dump by up to {detection.worst_miss:.1e} v0"
+            "contact times and speeds are uncertain: the momentum integrated from frame to frame "
+            "differs from the momentum in the dump by up to {detection.worst_miss:.1e} v0"
         ]
     return []

@@ -103,7 +103,9 @@ def analyze_job(
     known, notes = _with_scene(known, job, layout)
     if scene is None and (view.wall != 0.0 or view.upwards):
         side = "+x" if view.upwards else "-x"
-        notes.append(f"the wall is taken to be at x = {view.wall:g}, met by a chain along {side}")
+        notes.append(
+            f"the wall is assumed to be at x = {view.wall:g}, with a chain that moves along {side}"
+        )
     if job.data is not None and not known.targets and not known.soft:
         _refuse_other_chain(job.data, layout.particles, job.dump)
     by_type = {kind: mass / units.mass for kind, mass in job.masses.by_type.items()}
@@ -117,14 +119,13 @@ def analyze_job(
     known = replace(known, masses=bodies)
     if not declared:
         notes.append(
-            "nothing tells the masses: particles are taken to be alike, of mass 1; --masses gives "
-            "them"
+            "the masses are unknown, so all particles are given mass 1; use --masses to change this"
         )
     if job.commands.stock_wall:
         notes.append(
-            "the run used fix wall/reflect: each contact then costs an error of first order in "
-            "the timestep, usually 1e-3 to 1e-2 of restitution in all, which energy and momentum "
-            "hardly show"
+            "the run used fix wall/reflect: each contact causes an error of first order in the "
+            "timestep; the total error of restitution is usually 1e-3 to 1e-2, and energy and "
+            "momentum hardly show it"
         )
     if known.timestep is None and not layout.time_known:
         step = job.commands.timestep
@@ -134,8 +135,8 @@ def analyze_job(
             step = infer_timestep(dump, layout)
             if step is not None:
                 notes.append(
-                    f"the dump does not carry the time; a step was found to be {step:.6g} long "
-                    "from the flight of the last particle; --timestep gives it exactly"
+                    f"the dump contains no times, so the time step {step:.6g} was estimated from "
+                    "the flight of the last particle; --timestep sets it exactly"
                 )
         known = replace(known, timestep=step)
     return replace(analyze_frames(dump, known, notes, progress), job=job)
@@ -173,13 +174,13 @@ def _with_scene(known: Known, job: Job, layout: ChainLayout) -> tuple[Known, lis
     if scene is None or job.scene is None:
         if known.bond is not None or job.commands.setup.spring is None:
             return known, []
-        note = "script or log says bond_style harmonic: energies are those of such bonds"
+        note = "the script or log has bond_style harmonic, so energies are those of harmonic bonds"
         return replace(known, bond=Harmonic()), [note]
     notes = []
     if known.bond is not None and known.bond != scene.bond:
         notes.append(
-            f"energies are those of {known.bond.name} bonds, as asked for, where {job.scene.name} "
-            f"has {scene.label} ones"
+            f"energies are computed for {known.bond.name} bonds, as requested, although "
+            f"{job.scene.name} has {scene.label} bonds"
         )
     _expect_count(scene.problem.all_particles, job.scene, layout.all_particles, job.dump)
     known = replace(

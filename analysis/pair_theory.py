@@ -122,7 +122,7 @@ def anharmonic_coefficient(bond: Potential) -> float:
     """
     order = bond.anharmonic_order
     if order is None:
-        raise InputError(f"bond '{bond.name}' has no anharmonic term")
+        raise InputError(f"bond '{bond.name}' has no anharmonic term. Give an anharmonic bond")
     root = bond.compressed_root
     own = _USUAL_STRAIN if root is None else 1.0 - root
     # At higher orders the quotient divides by a higher power of s. Larger strains then keep more

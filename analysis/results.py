@@ -223,31 +223,35 @@ class CollisionAnalysis(BodyAnalysis):
         found, bound, detection = [], self.restitution_bound, self.detection
         error = self.data_error if self.restitution_error is None else self.restitution_error
         suspects = (
-            "forces other than those of wall and bonds, other masses than those of the run "
-            "(--masses), or a step too large"
+            "forces besides wall and bonds, masses that differ from the run (--masses), or a time "
+            "step that is too large"
         )
         if bound is not None and self.restitution > bound * (1.0 + _ROUNDINGS) + error:
-            allowed = "1" if bound == 1.0 else f"{bound:.6g}, which takes all energy it came with,"
+            allowed = (
+                "1"
+                if bound == 1.0
+                else f"{bound:.6g}, which would use all energy of the arriving chain,"
+            )
             found.append(
                 f"restitution is above {allowed} by {self.restitution - bound:.1e}: the chain "
                 f"cannot gain energy from a wall at rest, which points to {suspects}"
             )
         if detection.largest_fall > 0.0:
             found.append(
-                f"the momentum falls by {detection.largest_fall:.1e} of that at impact, which no "
-                f"wall explains: it only pushes away; that points to {suspects}"
+                f"the momentum falls by {detection.largest_fall:.1e} of its size at impact, but a "
+                f"wall can only push the chain away; this points to {suspects}"
             )
         if detection.unexplained:
             found.append(
                 f"the momentum rises {detection.unexplained} times while particle 1 is out of "
-                f"reach of a wall at x = 0: that points to {suspects}, or to a wall elsewhere or "
-                "of its own range"
+                f"reach of a wall at x = 0; this points to {suspects}, to a wall elsewhere, or to "
+                "a wall with a longer range"
             )
         if detection.method == "reintegration" and detection.unresolved:
             found.append(
                 f"contacts with a wall at x = 0 do not account for the momentum between "
-                f"{detection.unresolved} pairs of frames: that points to {suspects}, to another "
-                "potential, or to frames too far apart"
+                f"{detection.unresolved} pairs of frames; this points to {suspects}, to another "
+                "potential, or to frames that are too far apart"
             )
         return tuple(found)
 

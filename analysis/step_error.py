@@ -114,9 +114,9 @@ def estimate_error(runs: Sequence[CollisionAnalysis]) -> CollisionAnalysis:
             error = found
         else:
             notes.append(
-                f"restitution_error is not known: {found}; a second job of the same collision at "
-                "half the step, in a folder beside this one or in it, would tell it. data_error is "
-                "that of the digits and frames of the dump"
+                f"restitution_error is unknown: {found}. To measure it, run the same job at half "
+                "the step, in a folder beside or inside this folder. data_error comes from the "
+                "digits and frames of the dump"
             )
     return replace(fine, restitution_error=error, notes=(*fine.notes, *notes))
 
@@ -164,7 +164,7 @@ def _bar(fine: CollisionAnalysis, coarse: CollisionAnalysis, steps: Sequence[flo
     if not (fine.finished and coarse.finished):
         return "the collision is not over in the last frame"
     if drift is None or coarse_drift is None:
-        return "without the potential (--potential) the drift of the energy is not known"
+        return "without the potential (--potential) the energy drift is unknown"
     difference = abs(fine.restitution - coarse.restitution)
     digits = fine.data_error + coarse.data_error
     if order == 0:

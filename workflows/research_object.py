@@ -20,7 +20,7 @@ _KINDS = {
     ".sqlite": "application/vnd.sqlite3",
     ".svg": "image/svg+xml",
 }
-_UNLICENSED = "No licence is stated. Whoever shares these results names a licence here."
+_UNLICENSED = "No licence is stated. Name a licence here before you share these results."
 
 
 def require_rocrate() -> Any:

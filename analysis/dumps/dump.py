@@ -40,14 +40,17 @@ class Dump(DumpFrames):
             reason = error.strerror or type(error).__name__
             raise InputError(f"cannot read the dump {self.path}: {reason}") from None
         except (EOFError, zlib.error):
-            raise InputError(f"{self.path} is cut short before its first frame") from None
+            raise InputError(
+                f"{self.path} is cut short before its first frame. Repeat the run"
+            ) from None
         if not start:
             raise InputError(f"{self.path} is empty. Give a LAMMPS dump of style custom")
         self._is_yaml = start.startswith(YAML_START[:18])
         self.is_text = self._is_yaml or start.startswith(_TEXT_START) or start in _TEXT_START
         if not self.is_text and b"DUMP" not in start:
             raise InputError(
-                f"{self.path} is not a LAMMPS dump of style custom: it starts with {start[:18]!r}"
+                f"{self.path} is not a LAMMPS dump of style custom: it starts with {start[:18]!r}. "
+                "Give the file that 'dump ID all custom' wrote"
             )
 
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
@@ -71,7 +74,9 @@ class Dump(DumpFrames):
             except (TruncatedFrameError, EOFError):
                 self.truncated = True
             except (gzip.BadGzipFile, zlib.error) as error:
-                raise InputError(f"{self.path} is a damaged gzip file: {error}") from None
+                raise InputError(
+                    f"{self.path} is a damaged gzip file: {error}. Give an undamaged copy"
+                ) from None
             except ValueError:  # lengths and names of a binary frame may be invalid
                 raise InputError(
                     f"{self.path} is damaged in frame {count + 1}, perhaps because a crashed run "
@@ -79,7 +84,9 @@ class Dump(DumpFrames):
                     "frame"
                 ) from None
         if count == 0:
-            raise InputError(f"{self.path} is cut short before the end of its first frame")
+            raise InputError(
+                f"{self.path} is cut short before the end of its first frame. Repeat the run"
+            )
 
     @contextmanager
     def _open(self) -> Iterator[tuple[IO[bytes], IO[bytes]]]:

@@ -68,7 +68,7 @@ class OtherTrajectory(DumpFrames):
     def __init__(self, path: Path):
         self.path = path
         if not path.is_file():
-            raise InputError(f"cannot read the trajectory {path}: no such file")
+            raise InputError(f"cannot read the trajectory {path}: no such file. Correct the path")
 
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
         """
@@ -96,7 +96,7 @@ class OtherTrajectory(DumpFrames):
             count += 1
             yield frame
         if count == 0:
-            raise InputError(f"{self.path} holds no frames")
+            raise InputError(f"{self.path} holds no frames. Give the trajectory of a finished run")
         if progress is not None:
             progress(self.path.stat().st_size)
 
@@ -118,7 +118,10 @@ class OtherTrajectory(DumpFrames):
         name, beginning = _MDANALYSIS_FORMATS[self.path.suffix]
         with self.path.open("rb") as file:
             if not file.read(8).startswith(beginning):
-                raise InputError(f"cannot read the trajectory {self.path}: it is no {name} file")
+                raise InputError(
+                    f"cannot read the trajectory {self.path}: it is no {name} file. Give a file "
+                    "with the suffix of its format"
+                )
         with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:
             copied = copy_trajectory(self.path, name, Path(folder))
             for x, vx, step, time, box in zip(*copied, strict=True):

@@ -72,11 +72,11 @@ def printed_error(
             continue
         if abs(eta - restitution) <= max(data_error, _SAME_RUN):
             return error + data_error, (
-                f"restitution_error is the one that the run itself printed in {path.name}, "
-                f"{error:.1e}, and that of format and reading"
+                f"restitution_error combines the error printed in {path.name}, {error:.1e}, with "
+                "the error from the format and frames of the dump"
             )
         other = (
-            f"the error that {path.name} tells is not taken: it is that of restitution = "
-            f"{eta:.9g}, and the dump says {restitution:.9g}; they are of different runs"
+            f"the error in {path.name} was not used: it belongs to restitution = {eta:.9g}, but "
+            f"the dump gives {restitution:.9g}, so they are from different runs"
         )
     return None, other

@@ -91,8 +91,7 @@ def judge_ladder(
     if np.ptp(values) <= resolution:
         return LadderVerdict(
             "cannot tell",
-            "the number has the same digits in all runs: nothing tells what finer steps would "
-            "change",
+            "the result has the same digits in all runs, so the effect of finer steps is unknown",
             *(None, None, None, None),
             np.full(rungs, np.inf),
             scatter,
@@ -122,9 +121,9 @@ def judge_ladder(
 def _irregular(
     h: Array, values: Array, scatter: Array, decay: float, decay_error: float
 ) -> LadderVerdict:
-    reason = "the number jumps between nearby steps, and jumps less at smaller steps"
+    reason = "the result jumps between nearby steps, and the jumps shrink with the step"
     if decay_error >= KNOWN_ORDER:
-        return _bounded(f"{reason}, but how fast that falls is not clear", h, values, scatter)
+        return _bounded(f"{reason}, but the order of this decrease is unclear", h, values, scatter)
     # The mean of a rung may be no nearer to the true value than a single run.
     mean = values.mean(axis=1)
     value, error = float(mean[-1]), float(SCATTER_RESERVE * scatter[-1])
@@ -164,9 +163,9 @@ def _bounded(reason: str, h: Array, values: Array, scatter: Array) -> LadderVerd
 def _why_not(is_rough: bool, biased: bool, fit: OrderFit) -> str:
     if not is_rough:
         return (
-            "the number changes smoothly, but not as one power of the step"
+            "the result changes smoothly, but not as one power of the step"
             if biased
-            else "the number hardly changes along the ladder"
+            else "the result hardly changes from the coarsest to the finest step"
         ) + "; more steps may show it"
     if biased:
         return (

@@ -10,29 +10,29 @@ from chaincor.lammps_inputs.errors import SceneError
 
 # First words of refused commands, with the reasons.
 _REFUSED = {
-    "minimize": "it moves the particles without time",
-    "run": "time is the loop's; a run of no steps follows and makes known what is defined",
-    "rerun": "time is the loop's",
-    "timestep": "steps are the loop's",
-    "run_style": "the contact is located on plain Verlet steps",
-    "reset_timestep": "the clock of the contacts would jump",
+    "minimize": "it moves the particles, although no time passes",
+    "run": "the event loop runs the time steps, beginning with a 'run 0' that initializes them",
+    "rerun": "the event loop runs the time steps",
+    "timestep": "the event loop sets the time step",
+    "run_style": "contacts are located within plain Verlet steps",
+    "reset_timestep": "the times of contacts would jump",
     "clear": "it would delete the chain",
     "read_data": "the chain is there already",
     "read_restart": "the chain is there already",
     "create_atoms": "the chain is complete",
-    "delete_atoms": "the chain would lack them",
-    "delete_bonds": "it cuts the chain without its energy",
-    "displace_atoms": "the chain is placed by its data file",
-    "units": "the numbers of the job have units already",
+    "delete_atoms": "the chain would lose particles",
+    "delete_bonds": "it cuts the chain without removing the energy of the bond",
+    "displace_atoms": "the data file places the chain",
+    "units": "the job sets the units",
     "atom_style": "the chain is there already",
-    "bond_style": "the bonds are the scene's",
-    "bond_coeff": "the bonds are the scene's",
-    "boundary": "a periodic chain would meet itself",
-    "kspace_style": "there are no charges",
-    "quit": "the job ends with its result",
-    "log": "the result would go elsewhere",
-    "next": "the runs for the error would be lost",
-    "velocity": "the chain comes with the velocity of the job",
+    "bond_style": "the scene sets the bonds",
+    "bond_coeff": "the scene sets the bonds",
+    "boundary": "a chain in a periodic box would collide with itself",
+    "kspace_style": "the particles have no charges",
+    "quit": "the job would end before it prints its result",
+    "log": "the result would not be in log.lammps",
+    "next": "the job would skip its runs for the error bar",
+    "velocity": "the job sets the velocities",
 }
 # Commands that are also refused in a whole script. The last of the following rules applies to fixes
 # in a whole script.
@@ -40,22 +40,22 @@ _PROGRAMS = {
     **dict.fromkeys(
         ("shell", "python", "plugin", "geturl", "mdi", "message"), "a job runs LAMMPS alone"
     ),
-    "include": "a job is complete",
-    "partition": "a job has one",
+    "include": "a job reads no other scripts",
+    "partition": "a job runs in a single partition",
 }
 # Patterns of the styles of refused fixes, with the reasons.
 _REFUSED_FIXES = [
     (
         r"nve.*|nvt.*|npt.*|nph.*|rigid.*|move|brownian.*|verlet.*",
-        "particles are moved by `fix motion` already, and would move twice",
+        "`fix motion` moves the particles already, so they would move twice",
     ),
-    (r"wall/.*|wall", "the wall is the job's, and a second one gives momentum that is not counted"),
+    (r"wall/.*|wall", "the momentum that a second wall transfers is not counted"),
     (
         r"langevin.*|temp/.*|gld|gle|bd|ttm.*|msst|nphug|qtb|qbmsst|dpd/.*",
-        "a thermostat gives the chain what the wall is then said to give",
+        "momentum and energy from a thermostat would be attributed to the wall",
     ),
-    (r"halt", "the wall is seen by a `fix halt` of the job's own, and a second one stops its runs"),
-    (r"deform|balance|adapt.*|dt/reset", "the job relies on a box and steps that stay"),
+    (r"halt", "the job finds the wall by its own `fix halt`, and a second one would stop its runs"),
+    (r"deform|balance|adapt.*|dt/reset", "the job needs a constant box and a constant time step"),
     (r"shake|rattle", "a chain of fixed bonds cannot be compressed"),
     (r"python.*|external|plumed|client.*|mdi.*|ipi", "a job runs LAMMPS alone"),
 ]
@@ -111,11 +111,11 @@ def _first_word(
     """Return the first word of a command; refuse forbidden words and forbidden styles of fixes."""
     first = "".join(" ".join(words).split()[:1])
     if "$" in first:
-        _refuse(command, "which command it is must not depend on a variable")
+        _refuse(command, "the name of a command must not contain a variable")
     if first in refused:
         _refuse(command, refused[first])
     if first == "jump" and words[1:2] != ["SELF"]:
-        _refuse(command, "a job is one file")
+        _refuse(command, "a job jumps only within its own file, by SELF")
     if first == "fix" and len(words) > 3:
         for pattern, reason in refused_fixes:
             if re.fullmatch(pattern, words[3]):
@@ -133,27 +133,26 @@ def _check(
     first = _first_word(command, words, _REFUSED | _PROGRAMS, _REFUSED_FIXES)
     kind = {"unfix": "fix"}.get(first, first)
     if kind in _WITH_NAMES and len(words) > 1 and words[1] in names[kind]:
-        _refuse(command, f"{words[1]} is a name that the job itself uses")
+        _refuse(command, f"the job itself uses the name {words[1]}")
     if first == "fix" and len(words) > 3:
         style = words[3]
         if re.fullmatch(_FORCES, style) and not other_forces:
             _refuse(
                 command,
-                "what else acts on the chain makes its momentum another than what the wall gave, "
-                "and the job would stop: say {% set other_forces = true %} in the template, or",
+                "momentum from other forces would be attributed to the wall",
+                "Declare it by {% set other_forces = true %} in the template, or remove it",
             )
         if composed and re.fullmatch(_BY_VELOCITY, style):
             _refuse(
                 command,
-                "composed steps go back in time, where a force that depends on the velocity does "
-                "not come back: give --scheme verlet",
+                "composed schemes contain backward steps, and a force that depends on the velocity "
+                "is not reversible",
+                "Give --scheme verlet, or remove it",
             )
 
 
-def _refuse(command: str, reason: str) -> NoReturn:
-    raise SceneError(
-        f"the template has the command {command[:60]!a}; {reason}: expected a job without it"
-    )
+def _refuse(command: str, reason: str, remedy: str = "Remove it") -> NoReturn:
+    raise SceneError(f"the template has the command {command[:60]!a}, but {reason}. {remedy}")
 
 
 def _with_quoted(commands: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
@@ -164,11 +163,13 @@ def _with_quoted(commands: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
     """
     for command in commands:
         if not (command.isascii() and command.isprintable()):
-            _refuse(command, "LAMMPS takes some of its characters for quotes, spaces or an end")
+            _refuse(
+                command, "LAMMPS may read its special characters as quotes, spaces or line ends"
+            )
         try:
             words = words_of(command)
         except ValueError:
-            _refuse(command, "its quotes are not in pairs")
+            _refuse(command, "a quote is not closed")
         yield command, words
         if words[:1] == ["if"]:
             yield from _with_quoted(words[2:])

@@ -101,14 +101,14 @@ def test_an_early_end_is_said(harmonic20, dump_writer):
     # In 20 particles, sound returns after 40. The frames end at 120, and the last contact is before
     # 50.
     long = analyze(dump_writer.write(harmonic20, TIMES), bond=Harmonic())
-    assert has_caveat(long, "nothing but this silence shows that no later one comes")
+    assert has_caveat(long, "nothing else shows that no later contact follows")
 
 
 def test_a_cut_frame_is_said(harmonic20, dump_writer):
     analysis = analyze(dump_writer.write(harmonic20, TIMES, cut=100), bond=Harmonic())
     assert analysis.restitution == pytest.approx(ETA20, abs=1e-11)
     assert analysis.frames == len(TIMES) - 1
-    assert has_caveat(analysis, "cut short and was left out")
+    assert has_caveat(analysis, "incomplete and was left out")
 
 
 def test_frames_too_far_apart_leave_contacts_open(harmonic20, dump_writer):

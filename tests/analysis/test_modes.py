@@ -175,5 +175,5 @@ def test_modes_that_are_apart_are_in_no_group():
 
 def test_indistinguishable_modes_are_reported():
     (said,) = mode_caveats(mode_frequencies(60, masses=LIGHT_ENDS["one"][0]))
-    assert "modes 58 to 59 agree to rounding: of their energies only the sum is known" in said
+    assert "modes 58 to 59 agree to rounding, so only the sum of their energies is known" in said
     assert mode_caveats(mode_frequencies(60)) == []

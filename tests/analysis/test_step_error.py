@@ -57,7 +57,7 @@ def test_two_steps_in_a_tree_tell_the_error(tmp_path, reference_value, wall, cha
     # to 1e-2.
     assert result["data_error"] < 1e-12 < error
     assert error <= result["restitution_error"] < (1e-3 if wall == "event" else 0.2)
-    assert not any("restitution_error is not known" in caveat for caveat in result["caveats"])
+    assert not any("restitution_error is unknown" in caveat for caveat in result["caveats"])
     # The number is that of the run with the finer step.
     alone = analyze_folder(fine)
     assert result["restitution"] == alone.restitution
@@ -111,7 +111,7 @@ def test_a_log_of_another_run_tells_nothing(tmp_path):
     shutil.copy(other / "log.lammps", job / "log.lammps")
     found = analyze_folder(job)
     assert found.restitution_error is None
-    assert any("they are of different runs" in caveat for caveat in found.caveats)
+    assert any("they are from different runs" in caveat for caveat in found.caveats)
 
 
 def test_two_bodies_have_the_error_of_their_log(tmp_path):
@@ -129,9 +129,9 @@ def test_drift_after_the_last_contact_is_not_that_of_the_run(tmp_path):
     found = analyze_folder(run_job(COMPOSED, tmp_path / "job"))
     assert abs(found.energy_drift) > 1e-6 > found.restitution_error
     assert not any("the run is no more accurate" in caveat for caveat in found.caveats)
-    said = [caveat for caveat in found.caveats if "the energy drifts" in caveat]
+    said = [caveat for caveat in found.caveats if "the energy changes by" in caveat]
     assert len(said) == 1
-    assert "after the last contact: restitution does not change there" in said[0]
+    assert "after the last contact; restitution is unaffected" in said[0]
     # A drift in the collision itself belongs to the run, at whatever times it has frames.
     coarse = COMPOSED.replace(scheme="verlet", timestep=0.1)
     found = analyze_folder(run_job(coarse, tmp_path / "coarse"))

@@ -113,7 +113,7 @@ def test_a_dump_of_bodies_that_differ_by_position_alone(result, states, tmp_path
     found = analyze_job(job, target_particles=4)
     check(found, result)
     assert found.energy_end is None
-    assert any("the bond is not known" in caveat for caveat in found.caveats)
+    assert any("the bond is unknown" in caveat for caveat in found.caveats)
     # The dump has no time. The step follows from the flight of the chain's last particle, which is
     # free until arriving sound has changed its velocity by 1e-5 of it.
     assert found.timestep == pytest.approx(0.5, rel=1e-6)

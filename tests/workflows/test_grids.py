@@ -159,7 +159,7 @@ def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(chaincor, tm
     lost = [line for line in worse if not line.startswith("contacts = ")]
     wrong = ["restitution = -7.5", "restitution_error = 0.1", "contacts = 3"]
     for lines, words in (
-        (lost, "the contacts of its first run no more"),
+        (lost, "lacks the contacts of its first run"),
         (wrong, "restitution = -7.5"),
     ):
         log.write_text("\n".join(lines))

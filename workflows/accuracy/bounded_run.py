@@ -87,22 +87,25 @@ def reason_missed(found: BoundedRun, tolerance: float) -> str | None:
         return None
     parts = {name: getattr(bar, name) for name in ("step", "table", "rounding", "ending")}
     largest = max(parts, key=lambda name: parts[name])
-    coarse = "LAMMPS's coordinates have no more digits here; engine 'reference' has far more"
+    coarse = "rounding in LAMMPS's absolute coordinates limits the accuracy; use engine 'reference'"
     remedy = {
         "step": "the collision is too sensitive for the steps that were tried",
-        "table": "more rows, or more digits, would be needed",
+        "table": "give a table with more rows or more digits",
         "rounding": coarse
         if outcome.engine == "lammps"
-        else "the collision amplifies the last digit of any number; ask for less",
+        else "the collision amplifies rounding errors; give a larger tolerance",
         "ending": "a piece of the broken chain may still hit the wall, however long it is followed",
     }[largest]
     if time_limit().was_short and largest in ("step", "table"):
         remedy = (
-            f"what is finer would take longer than {format_duration(time_limit().allowed)}; allow "
-            "more (--most-hours, or most_seconds in Python)"
+            f"finer steps would take longer than {format_duration(time_limit().allowed)}; allow "
+            "more time (--most-hours, or most_seconds in Python)"
         )
     if outcome.scheme == hard_sphere.SCHEME:
-        remedy = "the chain may differ so much from hard spheres; ask for less: steps take too long"
+        remedy = (
+            "the chain may differ this much from hard spheres, and integration would take too "
+            "long; give a larger tolerance"
+        )
     return (
         f"the error reached is {bar.total:.2g}, not {tolerance:g}; most of it, "
         f"{parts[largest]:.2g}, is {largest}: {remedy}"

@@ -281,7 +281,7 @@ def describe_plan(planned: Plan) -> str:
     """Return a plan as text."""
     problem, rows = planned.problem, [("solver", planned.solver.name)]
     if planned.instead is not None:
-        rows.append(("or", f"{planned.instead.name}, where they are good to the target error"))
+        rows.append(("or", f"{planned.instead.name}, if its error is below the target error"))
     rows += _rows_of_steps(planned)
     if planned.target_error is not None:
         rows.append(("tolerance", f"{planned.tolerance:g}, target error {planned.target_error:g}"))

@@ -104,8 +104,8 @@ def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None
     samples = whole_number_given("samples", samples, most=MOST_SAMPLES)
     if scene.temperature is None:
         raise InputError(
-            "samples needs a temperature: a cold chain collides in one way; give temperature, such "
-            "as 1e-3, or leave samples out"
+            "samples needs a temperature, because a cold chain always collides in the same way. "
+            "Give temperature, such as 1e-3, or leave samples out"
         )
     _refuse_outputs(scene)
     first = seed_of(scene)
@@ -117,8 +117,8 @@ def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None
         each = np.array(velocities, dtype=float)
         if each.shape != (samples,) or not np.all(np.isfinite(each) & (each > 0.0)):
             raise InputError(
-                f"velocities has the shape {each.shape}, or numbers that are no speeds. Give "
-                f"{samples} numbers above 0"
+                f"velocities has the shape {each.shape}, or values that are not positive. Give "
+                f"{samples} finite numbers above 0"
             )
         # If any velocity is invalid, the slowest or the fastest one is invalid too.
         for velocity in {float(np.min(each)), float(np.max(each))}:

@@ -122,8 +122,8 @@ def _missing(found: dict[str, float]) -> str | None:
         )
     if "contacts" not in found:
         return (
-            "its log has the contacts of its first run no more, as chaincor of that time left them "
-            "out: move log.lammps and chain.state away and submit it again"
+            "its log lacks the contacts of its first run, because an earlier version of chaincor "
+            "wrote it. Move log.lammps and chain.state away and submit it again"
         )
     contacts = found["contacts"]
     if not (1.0 <= contacts <= _MOST_CONTACTS and contacts.is_integer()):

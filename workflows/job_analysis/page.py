@@ -54,7 +54,7 @@ FIGURES = {
     ),
     "target_mode_heat_map": (
         "Energy of the target's modes in time",
-        "The map shows the same for the free target.",
+        "The map shows how each contact feeds the modes of the free target.",
     ),
 }
 

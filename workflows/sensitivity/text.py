@@ -31,7 +31,7 @@ def describe_sensitivity(found: Sensitivity, scene: Scene) -> str:
     grown = found.amplification
     lost = max(0.0, math.log10(grown)) if grown > 0.0 else 0.0
     what_is_lost = (
-        f"error of eta over error of the state, both relative: {lost:.1f} digits are lost"
+        f"relative error of eta divided by relative error of the state: {lost:.1f} digits are lost"
     )
     rows.append((f"amplification {grown:.3g}", what_is_lost))
     rows.append(("rounding", f"gives eta a standard deviation of {found.rounding:.0e}"))

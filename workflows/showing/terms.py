@@ -25,20 +25,22 @@ OF_SCRIPTS = {
     "rung": "a few runs at nearly the same value of the varied quantity, such as "
     "the time step. A ladder is a sequence of rungs from coarse to fine",
     "regular": "the error is a smooth power of the step, so the value can be extrapolated",
-    "irregular": "the number jumps between nearby steps, and the jumps shrink with the step",
-    "noise": "the number scatters as much at small steps as at large steps, so only "
-    "the mean of more runs is more exact",
+    "irregular": "the result jumps between nearby steps, and the jumps shrink with the step",
+    "noise": "the result scatters as much at small steps as at large steps, so only the mean of "
+    "more "
+    "runs is more accurate",
     "bounded": "the runs do not show whether the error is regular, irregular or "
     "noise. The means over each rung give a bound on the error, but no "
     "order",
-    "cannot tell": "the number has the same digits in all runs",
+    "cannot tell": "the result has the same digits in all runs",
     "order": "power of the step with which the error, or the scatter, falls; +- is "
     "the 95 % uncertainty of the power",
-    "scatter": "standard deviation of the number over the runs of a rung",
-    "quantity": "number that the study reads from each run: mean, last value, drift or "
-    "fluctuation of a thermo keyword, or a number that the script prints",
-    "value": "best estimate of a number, which is its result at very small time "
-    "steps or at the fine end of the ladder; +- is its 95 % error",
+    "scatter": "standard deviation of the quantity over the runs of a rung",
+    "quantity": "result that the study reads from each run: mean, last value, drift or "
+    "fluctuation of a "
+    "thermo keyword, or a number that the script prints",
+    "value": "best estimate of a quantity, for very small time steps or for the fine end of the "
+    "ladder; +- is its 95 % error",
     "error": "in `timestep`, the largest difference of one run from the value, with "
     "95 % probability; in `table`, the largest error of LAMMPS's force as "
     "a fraction of the local force",
@@ -50,9 +52,9 @@ OF_SCRIPTS = {
     "not judged": "the runs show no effect of the step, but their scatter would hide an "
     "error as small as the tolerance",
     "one run": "standard error of one run's mean, from its own samples",
-    "advice": "the cheapest way to meet the tolerance of this number, without regard "
-    "to other numbers",
-    "mean": "mean of the number over the runs at one value",
+    "advice": "the cheapest way to meet the tolerance of this quantity, without regard to other "
+    "quantities",
+    "mean": "mean of the quantity over the runs at one value",
     "time": "processor time of one run",
     "note": "a remark that changes no verdict",
     "caution": "a command that counts steps, so that the motion changes with the time step",

@@ -223,8 +223,8 @@ class Row:
         asked = other.columns["tolerance"]
         met = self.reached <= asked
         missed = (
-            f"the error reached is {self.reached:.2g}, not {asked:g}; a run that was "
-            "asked for that reached no smaller one"
+            f"the error reached is {self.reached:.2g}, not {asked:g}, and a run at that tolerance "
+            "reached no smaller error"
         )
         return {"tolerance": asked, "tolerance_met": met, "reason": None if met else missed}
 

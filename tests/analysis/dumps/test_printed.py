@@ -47,7 +47,10 @@ def test_an_error_is_taken_from_the_log_of_the_run_alone(tmp_path):
     assert "printed in b.log, 1.0e-06" in says
     error, says = printed_error(logs[:1], 0.5, 1e-8)
     assert error is None
-    assert "that of restitution = 0.25, and the dump says 0.5; they are of different runs" in says
+    assert (
+        "belongs to restitution = 0.25, but the dump gives 0.5, so they are from different runs"
+        in says
+    )
 
 
 @pytest.mark.parametrize("word", ["null", "nan", "inf", "-1e-9"])

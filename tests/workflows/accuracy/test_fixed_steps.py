@@ -104,7 +104,7 @@ def test_a_chain_whose_contacts_hinge_on_the_last_digit_is_reported_soon():
     scene = Scene(potential="lj", particles=4500, speed=0.4, engine="reference")
     found = collide(scene, tolerance=1e-6)
     assert not found.tolerance_met
-    assert "amplifies the last digit" in found.reason
+    assert "amplifies rounding errors" in found.reason
     assert len(found.details["choice"]["tries"]) <= 4
     etas = truths(scene, 0.1, 0.05)
     etas += truths(nudged(scene, 3.0), 0.05)

@@ -53,7 +53,7 @@ def test_the_bar_holds_and_is_no_shrug(tmp_path, exact, rows, digits, noise):
     assert 1e-6 < off <= found.restitution_error < 0.5
     assert found.tolerance_met is False
     assert "most of it" in found.reason
-    assert "table: more rows, or more digits" in found.reason
+    assert "table: give a table with more rows or more digits" in found.reason
 
 
 def test_a_state_with_velocities_keeps_them_with_other_rows(tmp_path):

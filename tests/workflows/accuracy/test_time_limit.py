@@ -49,7 +49,7 @@ def test_lammps_answers_within_its_time_and_says_what_is_missed():
     if found is None:
         return
     assert found.tolerance_met is False
-    assert "what is finer would take longer than 3 s; allow more" in found.reason
+    assert "finer steps would take longer than 3 s; allow more time" in found.reason
     exact = collide(sensitive(95).replace(engine="reference"))
     off = abs(found.restitution - exact.restitution)
     assert off <= found.restitution_error + exact.restitution_error
@@ -94,7 +94,7 @@ def test_past_kinks_too_what_ran_by_then_is_the_answer(time_is_up_after, monkeyp
     found = collide(scene, tolerance=1e-6, most_seconds=1000.0)
     assert len(runs) == 7
     assert found.tolerance_met is False
-    assert "what is finer would take longer than 16.7 min; allow more" in found.reason
+    assert "finer steps would take longer than 16.7 min; allow more time" in found.reason
     # By steps of order 8 that end at the wall and at the kink: see ``test_irregular``.
     assert abs(found.restitution - 0.9024074802364) <= found.restitution_error
 

@@ -58,7 +58,7 @@ def test_text_labels_both_coefficients_and_notes_caveats(job, chaincor):
     assert status == 0
     assert "restitution (energy)   eta = " in out
     assert "restitution (speed)    e   = 1" in out
-    assert "note: the bond is not known" in out
+    assert "note: the bond is unknown" in out
 
 
 def test_a_scene_in_the_folder_gives_bond_and_speed(job, chaincor):
@@ -162,7 +162,7 @@ def test_bad_input_is_one_line_and_status_2(job, chaincor, arguments, message):
 def test_what_contradicts_the_files_is_refused_or_said(job, chaincor):
     (job / "scene.toml").write_text('potential = "harmonic"\nparticles = 2\nvelocity = 0.1\n')
     status, out, _ = chaincor("analyze", job, "--potential", "toda")
-    assert "energies are those of toda bonds, as asked for" in " ".join(out.split())
+    assert "energies are computed for toda bonds, as requested" in " ".join(out.split())
     dump = job / "dump.lammpstrj"
     dump.write_text(dump.read_text().replace("id x vx v_time", "id v_displacement vx v_time"))
     status, out, err = chaincor("analyze", job, "--wall", "3")

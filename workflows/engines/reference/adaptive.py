@@ -241,8 +241,8 @@ class _Flight(AdaptiveFlight):
             )
             return strain_error(problem, low - 1.0, high - 1.0, now, "lower the speed")
         return TimestepError(
-            f"no step resolves the {problem.label} bonds at time {now:.6g} to the accuracy asked; "
-            "ask for less, or lower the speed"
+            f"no step resolves the {problem.label} bonds at time {now:.6g} to the required "
+            "accuracy; give a larger tolerance, or lower the speed"
         )
 
     def split(self, state: Array) -> tuple[Array, Array]:

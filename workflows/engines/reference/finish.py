@@ -209,9 +209,9 @@ def strain_error(problem: Problem, low: float, high: float, time: float, remedy:
     barrier = bond.barrier_strain
     if high >= barrier:
         return BarrierError(
-            f"a {problem.label} bond is stretched to {1.0 + high:.6g} at time {time:.6g}, over its "
-            f"energy barrier at {1.0 + barrier:.6g}, beyond which it would fly apart with energy "
-            "without bound; lower the speed"
+            f"a {problem.label} bond is stretched to {1.0 + high:.6g} at time {time:.6g}, past its "
+            f"energy barrier at {1.0 + barrier:.6g}, where its energy falls without limit; lower "
+            "the speed"
         )
     with np.errstate(all="ignore"):
         holds = not math.isfinite(float(bond.energy(np.array(-1.0))))
