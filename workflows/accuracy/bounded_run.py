@@ -21,10 +21,10 @@ from chaincor.workflows.measured import measured
 # Two multiples are not simple fractions, because errors depend irregularly on the phases of
 # contacts in a step.
 PROOF_STEPS = (0.5, 0.54, 0.93)
-# The values are ratios, for each wall model: error of the run divided by the largest difference
-# from the runs at these multiples. In theory the ratio is 4/3 for order 2 and near 1 for higher
-# orders. The error of the stock wall does not shrink regularly; the largest difference itself
-# then shows its size.
+# For each wall model, this is the ratio of the error of a run to its largest difference from the
+# runs at these multiples. In theory the ratio is 4/3 for order 2 and near 1 for higher orders. The
+# error of the stock wall does not shrink regularly; only the largest difference shows the size of
+# this error.
 PROOF_SHARE: dict[str, float] = measured("proof_share")
 
 # The values bound |change of eta| * v0 / |force error|. The kinks of a linear table also reduce the

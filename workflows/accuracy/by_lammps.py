@@ -239,7 +239,7 @@ def choose_numerics(
     Return the numerics of LAMMPS for a tolerance: scheme, step and table.
 
     The result has the first of `schemes` that reaches the tolerance. For unequal masses, two bodies
-    and warm chains, the schemes are sorted by their costs first, which follow from short runs. If
+    and warm chains, the schemes are first sorted by their costs, each estimated from one run. If
     bonds pass kinks, the scheme is Verlet, because at kinks it is as accurate as any other scheme
     and far faster.
     """

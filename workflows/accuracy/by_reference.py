@@ -39,7 +39,7 @@ _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
 _BEAD_SHARES = (4.0, 1.5)
 _MOST_REFINEMENTS = 15
 # If adaptive steps would take hours, the limit of hard spheres is used, with its own error bar,
-# provided that its error is at most this.
+# provided that this error is at most _ROUGH_SPHERES.
 _ROUGH_SPHERES = 1e-3
 # The exact propagator has only rounding errors. A comparison with higher precision shows that they
 # are below this limit.

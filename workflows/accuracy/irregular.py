@@ -41,8 +41,8 @@ _SEEMINGLY_SMOOTH_SHARE = 1.0
 # successive refinements, the bonds have kinks that were not declared.
 _LOST_ORDER = 3.0
 _MOST_REFINEMENTS = 20
-# One run may take this much work, which takes some seconds: steps times bonds in compiled loops, or
-# steps in NumPy.
+# One run may do this much work in some seconds: steps times bonds in compiled loops, or steps in
+# NumPy.
 _MOST_BOND_STEPS, _MOST_ARRAY_STEPS = 2e9, 1e5
 # In later runs, bond strains may exceed those of the first, coarse run by up to this factor.
 _RESERVE = 1.2

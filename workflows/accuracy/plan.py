@@ -142,7 +142,7 @@ def plan(scene: Scene, tolerance: float | None = None) -> Plan:
     Plan
         Solver, numerics, proof runs and expected seconds. The expected seconds are right within a
         factor of two for up to 500 particles. Longer chains, which do not fit into the processor's
-        cache, may take 15 times longer, and chains that break 100 times.
+        cache, may take 15 times longer. Chains that break may take 100 times longer.
     """
     asked = scene.asked_tolerance if tolerance is None else tolerance
     if asked is None:

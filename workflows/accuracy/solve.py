@@ -68,7 +68,7 @@ def solve_to_tolerance(planned: Plan) -> BoundedRun:
             < found.bar.rounding
             <= amplified_rounding(planned.engine, found.rounding_sensitivity, problem)
         )
-        short = time_limit().was_short  # then looser targets have no time either
+        short = time_limit().was_short  # then there is no time for looser targets either
         if found.error - found.bar.ending <= target_error or stalled or hopeless or short:
             break
         target_error *= 10.0

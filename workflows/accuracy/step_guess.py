@@ -57,7 +57,7 @@ def frequency_ratio(problem: Problem) -> float:
     """
     line, bond = problem.line, problem.bond
     if bond.only_pushes:
-        return 1.0  # the stiffness of beads already belongs to the speed of the scene
+        return 1.0  # the stiffness of beads is computed for the speed of the scene
     sharpest = 1.0
     if line.heaviest_pair > 0.0:
         energy = pair_energy(line)
@@ -127,7 +127,7 @@ def is_smooth(problem: Problem) -> bool:
 
 def effective_order(problem: Problem, scheme: StepSchemeName) -> float:
     """
-    Return the least power of the step with which errors fall.
+    Return the lowest order with which errors fall as the step decreases.
 
     If the force of a soft contact is a power q that is not an integer, the steps at which the
     bodies touch and part cause an error of order q + 1. Graded steps make this error small, but do

@@ -56,7 +56,7 @@ def runs_differ(order: float, steps: Any) -> Any:
 
 
 def difference(line: Line, e: Any, other: Any, fine_speeds: Any, speeds: Any, velocity: Any) -> Any:
-    """Return the difference between two runs in eta, at least as estimated from their contacts."""
+    """Return the difference in eta between two runs, or its estimate from contacts if larger."""
     squares = np.square(np.subtract(speeds, fine_speeds))
     # In a cumulative sum, zeros at the end change no digit.
     scatter = np.sqrt(np.cumsum(squares, axis=-1)[..., -1])
@@ -100,7 +100,7 @@ def proved_error(
 
 
 def usual_share(scheme: StepSchemeName) -> float:
-    """Return the ratio of the proved error to the difference from the far run, from the order."""
+    """Return the ratio of the proved error to the far run's difference, as the order predicts."""
     order = STEP_SCHEMES[scheme].order
     near, far = (k**order - 1.0 for k in reversed(COARSER))
     return max(near, 1.0) / far

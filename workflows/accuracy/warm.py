@@ -157,7 +157,7 @@ class WarmSolver:
         return _LARGEST_STEP / self._problem.fast_stiffness**0.5 * _STEP_LADDER**rung
 
     def _rungs_of(self, velocity: float) -> tuple[int, int]:
-        """Return the first and the last index of steps to try; -1 if fixed steps are too long."""
+        """Return the first and last index of steps to try; -1 if bonds are too stiff for fixed steps."""
         energy = velocity**2 + _HOTTEST_BOND * (self._problem.temperature or 0.0)
         place = math.ceil(math.log(energy) / _ENERGY_LADDER)
         if place not in self._rungs:

@@ -59,8 +59,8 @@ class LookAhead:
 
     The motion of a hot chain that broke loses the memory of its initial state within some hundred
     units of time. Several motions are then run from the start, with errors as large as the errors
-    of the run. They show whether such errors decide if a late contact comes: some motions may have
-    a late contact, or a late contact may be possible in some of the final states only.
+    of the run. If only some of these motions have a late contact, or can still have a late contact,
+    such errors decide about late contacts, and the end is in doubt.
 
     `moving` stays unchanged except for its count of force evaluations. Coarse steps are taken only
     if they are cheaper than the steps of the run. `first` returns the bodies at step zero; by
@@ -83,7 +83,7 @@ class LookAhead:
         self._not_before = 0.0
         # Largest impulse among contacts that occur, or may occur, only in some motions.
         self.doubt = 0.0
-        # The pair contains the number of contacts so far, and the impulse of the next contact in
+        # _awaited contains the number of contacts so far, and the impulse of the next contact in
         # other motions.
         self._awaited = (0, 0.0)
 

@@ -38,10 +38,10 @@ from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, check_time
 from chaincor.workflows.errors import UnfinishedCollisionError
 
 SCHEME = "modal"
-# Bond strains are sampled at the shorter of two intervals: _SAMPLING in units of 1/frequency,
-# averaged over the energies of the modes, and SAMPLE_INTERVAL in units of sqrt(mean mass/U''(1)).
-# In a chain of equal masses (omega <= 2), the largest sampled strain of a bond is then within 3 %
-# of its largest strain. _SAMPLES_AT_ONCE samples are computed together; one flight has at most
+# Bond strains are sampled at the shorter of two intervals: _SAMPLING in units of 1/(mean frequency
+# of the modes, weighted by energy), and SAMPLE_INTERVAL in units of sqrt(mean mass/U''(1)). In a
+# chain of equal masses (omega <= 2), the largest sampled strain of a bond is then within 3 % of its
+# largest strain. _SAMPLES_AT_ONCE samples are computed together; one flight has at most
 # _MOST_SAMPLES.
 _SAMPLING = 0.5
 SAMPLE_INTERVAL = 0.25

@@ -68,8 +68,8 @@ class BodyModes:
 
     def velocity_amplitudes(self, velocities: Array) -> Array:
         """Return the amplitudes p_j, of shape (n - 1,), for velocities of shape (n,)."""
-        # No mode contains the translation. Subtracting a velocity makes the amplitudes of a body
-        # without vibration exactly zero.
+        # No mode contains the translation. Subtracting the velocity of the first particle makes the
+        # amplitudes of a body without vibration exactly zero.
         about = velocities - velocities[0]
         if self._modes is None:
             from scipy.fft import dct

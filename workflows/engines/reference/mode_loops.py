@@ -136,7 +136,7 @@ def build_bounce(register: Callable) -> Callable:
     Return the loop that moves from contact to contact.
 
     ``bounce(run_state, modes, exchange, work, record, scratch)`` transfers the momentum `exchange`
-    times the closing speed at each contact. It stops after `work`, the number of windows times
+    times the closing speed at each contact. It stops after the amount `work` of windows times
     modes, or when the record is full. The record has four arrays: the closing speed of each contact
     and the time since the previous contact, of shape (most,), and e_j and p_j right after each
     contact, of shape (most, n). The scratch arrays are described in `expand_path`. Returns
@@ -150,9 +150,9 @@ def build_bounce(register: Callable) -> Callable:
     def fly(
         run_state: Any, modes: Modes, window: float, longest: float, scratch: tuple[Array, Array]
     ) -> tuple[float, float]:
-        # Move the modes to the next contact, without applying it, or by whole windows until
-        # `longest`. Return the duration and the rate of the gap; a positive rate means that there
-        # was no contact.
+        # Move the modes to the next contact, without applying the contact, or by whole windows
+        # until `longest`. Return the duration and the rate of the gap; a positive rate means that
+        # there was no contact.
         path, moving = scratch
         flown = 0.0
         while flown < longest:

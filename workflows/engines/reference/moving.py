@@ -25,7 +25,7 @@ from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
 @dataclass(frozen=True)
 class Stepper:
-    """Steps with one scheme and step length for given bodies."""
+    """Everything that a step of given bodies needs: scheme, step H and loops."""
 
     line: Line  #: Bodies.
     bond: Potential  #: Potential of all bonds.
@@ -39,7 +39,7 @@ class Stepper:
     @classmethod
     def of(cls, line: Line, bond: Potential, scheme: str, step: float) -> "Stepper":
         """
-        Return the steps with a scheme and a length H for the bodies in `line`.
+        Return a stepper for a scheme, a step H and the bodies in `line`.
 
         The loops for the bond are compiled or loaded if this process does not have them yet.
         """
@@ -219,8 +219,8 @@ class Motion:
         if self.gap != 0.0 or closing <= 0.0:
             return
         given = 2.0 * line.contact_mass * closing
-        # This code repeats `bookkeeping.record_contact`, which would take a tenth of the time of a
-        # short collision in Python.
+        # This code repeats `bookkeeping.record_contact`, because a call in Python would take a
+        # tenth of the time of a short collision.
         self.arrays.contacts[:, 0] = 0.0, closing, given
         run_state["contacts"] = 1
         if line.soft:

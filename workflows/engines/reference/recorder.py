@@ -71,7 +71,7 @@ class Recorder:
             self.record()
 
     def collected(self, until: float) -> Frames | None:
-        """Return the snapshots up to the time `until` since the first contact; None if off."""
+        """Return the snapshots until `until` after the first contact; None without an interval."""
         if self._interval is None:
             return None
         begin = float(self._moving.run_state["first_contact"])

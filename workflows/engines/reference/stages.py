@@ -7,9 +7,10 @@ coordinates. The Verlet step has the position form, drift - kick - drift:
 
 .. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + (k/m_i)\,(F(s_{i-1}) - F(s_i)),
 
-For two bodies, or a soft wall, one of the strains is the gap. Its force is that of the contact law
-while the bodies overlap, and zero otherwise. The drifts of neighbouring steps merge. One stage of a
-composition is therefore one drift and one kick, in a single pass through the bonds.
+Here d and k are the durations of drift and kick, and F is the force -dU/dr. For two bodies, or a
+soft wall, one of the strains is the gap. Its force is that of the contact law while the bodies
+overlap, and zero otherwise. The drifts of neighbouring steps merge. One stage of a composition is
+therefore one drift and one kick, in a single pass through the bonds.
 """
 
 from collections.abc import Callable
@@ -27,7 +28,7 @@ from chaincor.workflows.engines.reference.line_traits import (
 )
 
 # Parameters are `LineParameters`, or the parameters of the force kernel if all masses are 1. Each
-# potential has its own NamedTuple type for them.
+# potential has its own NamedTuple type for its parameters.
 Parameters = Any
 
 # This is the size of a cache line in bytes.

@@ -52,9 +52,9 @@ def run(
         Outcome of the same collision at another step. The run will be compared with `known`, and
         continues only a little beyond the last contact of `known`.
     follow : bool
-        Whether to search for evidence if the end is not proved. If False, the run ends after one
-        sound round trip without a contact; this suffices for runs that are only compared with
-        others.
+        Whether a run whose end is not proved continues until its end is argued. If False, the run
+        ends after one sound round trip without a contact; this suffices for runs that are only
+        compared with others.
 
     Raises
     ------

@@ -67,8 +67,8 @@ class ManyRuns(Rows):
     #: Whether the run reached an end, of shape (runs,); without an end, the other fields have no
     #: meaning.
     settled: NDArray[np.bool_]
-    #: Whether no end was found within the simulated time allowed, of shape (runs,). Then no other
-    #: step would give an end either.
+    #: Whether no end was found within the simulated time allowed, of shape (runs,). A run at
+    #: another step would then find no end either.
     endless: NDArray[np.bool_]
     #: End of each run, of shape (runs,); None if the end was not searched for.
     endings: NDArray[np.object_]

@@ -82,9 +82,9 @@ class Batch:
         """
         Run collisions to their ends.
 
-        Only ends that energy or separating fragments prove or argue are found; other runs are not
-        settled. `steps` contains the step H of each collision. The result of a collision does not
-        depend on the other collisions. Raises RunError if the batch was stopped.
+        A run is settled if its end is proved, by energy or by separating fragments, or argued;
+        other runs stay unsettled. `steps` contains the step H of each collision. The result of a
+        collision does not depend on the other collisions. Raises RunError if the batch was stopped.
         """
         group = Chains(self._stepper, starts, steps)
         started = time.perf_counter()
@@ -160,7 +160,7 @@ class Batch:
     def compare(
         self, starts: StartStates, steps: Array, lasts: Array, speeds: Array | None = None
     ) -> ManyRuns:
-        """Run collisions a little longer than to `lasts`, times since their first contacts."""
+        """Run collisions until shortly after the times `lasts`, counted from the first contacts."""
         group = Chains(self._stepper, starts, steps, speeds)
         started = time.perf_counter()
         run_states, margin = group.rows.run_states, KNOWN_MARGIN / self._stiffness**0.5
@@ -195,7 +195,7 @@ class Batch:
         except RunError:
             return None  # the single run reports the error
         chain.run_state["evaluations"] = evaluations
-        # In the other case, the chain has more contacts than a row has room for.
+        # If the record of contacts was enlarged, a row has no room for it.
         return ending if chain.arrays.contacts.base is group.rows.contacts else None
 
     def _carry(self, group: Chains, bounds: EndBounds) -> None:

@@ -149,7 +149,7 @@ class _Head:
 
 
 class _Blocks:
-    """Blocks of the chain."""
+    """Blocks of the chain, which several cores move."""
 
     def __init__(
         self, run_state: np.record, last: State, stepper: "Stepper", move: Callable, cores: int
