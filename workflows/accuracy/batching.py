@@ -30,11 +30,11 @@ from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 LONGEST_TOGETHER = LONGEST_TRUSTED
 # A batch with fewer collisions leaves lanes empty, and saves less time than loading its loop takes.
 LEAST_TOGETHER = 16
-# A collision in a batch takes about this fraction of the time of a single run; the measured
-# fractions are 0.1 (short chains) to 0.5.
+# A collision in a batch takes about this fraction of the time of a single run; measured: 0.1 (short
+# chains) to 0.5.
 TOGETHER_SHARE = 0.3
-# A batch has at most this many collisions and seconds of work. Progress is then visible, and an
-# interruption loses little.
+# A batch has at most this many collisions and seconds of work, to show progress and lose little
+# when interrupted.
 _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 
 
@@ -54,7 +54,7 @@ def batch_kind(scene: Scene, planned: Plan | None = None) -> BatchKind | None:
     """
     Return the kind of batch that fits a collision; None if the collision is solved alone.
 
-    Without `planned`, the plan of the scene is made here.
+    `planned` is the plan of the scene, made here by default.
 
     Batches support cold chains of unit masses at a hard wall, in the reference engine with fixed
     steps, if the tolerance is far above the rounding error.
@@ -111,9 +111,9 @@ def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None
 
     Each scene is run at the step that usually suffices, at twice this step and at 1.3 times it. The
     result is None if the target error is missed or the three runs have different numbers of
-    contacts; the scene must then be solved alone. Otherwise the result consists of the run of
-    ``solve_to_tolerance``, equal to the last bit, and the energies of the modes after the
-    collision. No result depends on the other scenes.
+    contacts; the scene must then be solved alone. Otherwise the result consists of the same run as
+    from ``solve_to_tolerance``, to the last bit, and the energies of the modes after the collision.
+    No result depends on the other scenes.
     """
     problems = [scene.problem for scene in scenes]
     foresee_frequency_ratio(problems)

@@ -39,10 +39,9 @@ def bonds_to_contact(like: Outcome, contacts: int, last: float) -> tuple[float, 
     """
     Return the extreme bond lengths from the first contact to a later contact.
 
-    The later contact is contact number `contacts` and begins at the time `last` since the first
-    contact. The scheme and the step are those of `like`, a run of the reference engine. Return None
-    if the motion has another number of contacts at `last`, or if fixed steps do not resolve the
-    motion.
+    The later contact is number `contacts` and begins at the time `last` since the first contact.
+    Scheme and step are those of the reference run `like`. Return None if the motion has another
+    number of contacts at `last`, or if fixed steps do not resolve the motion.
     """
     problem = like.problem
     if like.timestep is None or problem.longest_body == 1:

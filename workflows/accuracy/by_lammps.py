@@ -79,16 +79,16 @@ _ALWAYS: StepSchemeName = "order8"
 _LAMMPS_OVER_REFERENCE = 2.0
 # The error of a LAMMPS run is measured by a second run, whose step is longer by this factor.
 COARSER = 2.0
-# Both runs together cost as much as LAMMPS_RUNS single runs. Their expected time may be at most
-# _TIME_SHARE times the remaining time, because forecasts are correct only within a factor of two.
+# Both runs cost as much as LAMMPS_RUNS single runs. Their expected time may be _TIME_SHARE times
+# the remaining time, because forecasts are correct only within a factor of two.
 LAMMPS_RUNS = 1.0 + 1.0 / COARSER
 _TIME_SHARE = 0.5
 _MOST_REFINEMENTS = 5
 # LAMMPS may raise these errors, although the reference engine has finished the collision. The cause
 # is then too long a step.
 _CURED_BY_STEPS = (TimestepError, LostAtomsError, CrossingError, BondRangeError)
-# The rounding error of extrapolated steps may take this share of the tolerance. The share affects
-# only the cost, because the total error is measured.
+# The rounding error of extrapolated steps may take this share of the tolerance. It affects only the
+# cost.
 _ROUNDING_SHARE = 0.4
 # Verlet steps for bonds that pass kinks may take this much work, in steps times bonds: about a
 # minute, at some 20 ns per bond and 1 us per step.
@@ -240,8 +240,8 @@ def choose_numerics(
 
     The result has the first of `schemes` that reaches the tolerance. For unequal masses, two bodies
     and warm chains, the schemes are first sorted by their costs, each estimated from one run. If
-    bonds pass kinks, the scheme is Verlet, because at kinks it is as accurate as any other scheme
-    and far faster.
+    bonds pass kinks, the scheme is Verlet, which is then as accurate as any other scheme and far
+    faster.
     """
     if problem.bond.only_pushes:
         return Numerics(scheme="verlet", timestep=granular_step(problem, tolerance))

@@ -119,7 +119,7 @@ def converge(problem: Problem, target_error: float) -> ConvergedRun:
     Run the reference engine at ever smaller steps until its error is below a target.
 
     The refinement also ends if smaller steps do not help. Results for harmonic chains are exact.
-    The error includes rounding. Raises the RunError that stopped the runs with the smallest steps.
+    The error includes rounding. Raises the RunError that stopped the smallest steps.
     """
     if EXACT_MODES.supports(problem):
         return exact_modes(problem)
@@ -160,7 +160,7 @@ def modal_error(problem: Problem) -> float:
     Return the additional error of eta in an exact propagation of unusual bodies.
 
     The error is zero for a cold chain of equal masses at a wall. Light particles between heavy
-    particles, and long bodies with many contacts, amplify rounding errors. The error is then three
-    times the largest change of eta when all rounding errors change.
+    ones, and long bodies with many contacts, amplify rounding. Their error is three times the
+    largest change of eta when all rounding errors change.
     """
     return 0.0 if problem.line.is_standard else 3.0 * modal.rounding_sensitivity(problem)

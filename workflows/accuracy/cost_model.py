@@ -30,8 +30,8 @@ _FILE = "cost_model.json"
 # bound on the time until their contact. A check takes as long as this many stages: 15 to 20 us,
 # compared with 1.9 us for a stage.
 _LOOK = 8.0
-# These constants are the number of repeats in a measurement, the lengths of its chains, their
-# numbers of steps, and the number of rows in their tables.
+# Measurements have this many repeats, with chains of two lengths, their numbers of steps, and
+# tables of _ROWS rows.
 _REPEATS = 7
 _SHORT_CHAIN, _LONG_CHAIN = 20, 1000
 _STEPS = {_SHORT_CHAIN: 20_000, _LONG_CHAIN: 1_000}
@@ -132,8 +132,8 @@ def calibrate(repeats: int = _REPEATS) -> CostModel:
     """
     Measure the cost of LAMMPS on this machine, which takes some seconds.
 
-    Every cost is the minimum over several repeats, in processor seconds, because other work on the
-    machine can only increase a time. The jobs alternate between repeats.
+    Every cost is the minimum of several alternating repeats, in processor seconds, because other
+    work on the machine can only increase a time.
     """
     jobs: dict[str, Callable[[], float]] = {
         "harmonic short": lambda: _time_step(_SHORT_CHAIN, None),

@@ -113,9 +113,9 @@ def _meet_with_scheme(
     silent = fine.longest_silence > sound_round_trip(problem.longest_body, problem.slow_stiffness)
     # For unequal masses, two bodies or warm chains, the rounding sensitivity is known already, but
     # was measured at a step that is too long for bodies that need many attempts. A chain that broke
-    # amplifies rounding errors during a long time without a contact. If the number of contacts
-    # depends on the step, it may also depend on rounding. In long chains that need smaller steps
-    # than usual, it may depend on rounding as well.
+    # amplifies rounding errors during a long time without a contact. The number of contacts may
+    # depend on rounding if it depends on the step, and in long chains that need smaller steps than
+    # usual.
     refined = problem.particles > LONGEST_TRUSTED and len(found.tries) > 1
     matters = sensitivity > 0.0 or refined or rounding_matters("reference", problem, target_error)
     hard = not problem.line.has_equal_masses and len(found.tries) > _USUAL_TRIES
@@ -176,8 +176,7 @@ def refine_regularly(
     Bonds are smooth. `target_error` is the required error of eta and `floor` the rounding error.
     `followed` is an outcome of this collision whose end is known; without it, the first run is
     followed to its end. The result is the run with the smallest error or, if rounding decides the
-    collision, the first of the last few runs. Raises the RunError that stopped the runs with the
-    smallest steps.
+    collision, the first of the last few runs. Raises the RunError that stopped the smallest steps.
     """
     search = _Search(problem, target_error, floor, scheme, followed)
     policy = Policy(_MOST_REFINEMENTS, stalls=True)
@@ -251,8 +250,8 @@ class _Search:
         Return runs at `COARSER` times the step of a run; `last` may be one of them.
 
         For a long chain, the second run is omitted if the first run misses the target error and has
-        another number of contacts. In this case errors follow no order, and a second run would
-        prove nothing.
+        another number of contacts. Errors then follow no order, and a second run would prove
+        nothing.
         """
         problem = self.problem
         assert fine.timestep is not None

@@ -94,7 +94,7 @@ def refine_irregularly(problem: Problem, target_error: float, floor: float) -> C
 
     The refinement also ends if smaller steps would cost too much. Verlet steps are taken if bonds
     pass kinks or if errors follow no higher order. `floor` is the rounding error, below which
-    smaller steps do not help. Raises the RunError that stopped the runs with the smallest steps.
+    smaller steps do not help. Raises the RunError that stopped the smallest steps.
     """
     kinked = meets_kinks(problem)
     search = _Search(problem, target_error, floor, "verlet" if kinked else SCHEME, kinked)

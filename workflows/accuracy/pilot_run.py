@@ -22,11 +22,9 @@ from chaincor.workflows.errors import RunError
 # This target error suffices for the range of bond lengths, which converges much earlier than eta.
 _SCOUTING_GOAL = 1e-4
 # Pilot runs are made only for frequency ratios up to this limit, at which a hundred particles take
-# a second. Beyond the limit, LAMMPS itself reports if its much longer step cannot resolve the
-# bonds.
+# a second. Beyond it, LAMMPS itself reports if its much longer step cannot resolve the bonds.
 _SHARPEST = 1e4
-# LAMMPS stops some steps after its check for the end. The time until the check is multiplied by
-# this factor to include these steps.
+# LAMMPS stops some steps after its check for the end; this factor on the time includes these steps.
 _ASKED_WITHIN = 1.3
 
 

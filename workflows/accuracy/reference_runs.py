@@ -36,9 +36,8 @@ _GOAL = 1e-9
 # If a run at the usual step fails, the step is halved at most this many times, to a thousandth.
 _MOST_HALVINGS = 10
 # A step that is estimated from one run is chosen for this fraction of the target error. The error
-# of the next step differs by chance, and a missed target error costs another search; the fraction,
-# however, shortens a step of order 8 by only a tenth. The fraction affects only the cost, because
-# the error is measured.
+# of the next step differs by chance, and a missed target error costs another search, whereas the
+# fraction shortens a step of order 8 by only a tenth. It affects only the cost.
 _RESERVE = 0.3
 _MOST_TRIES = 5
 

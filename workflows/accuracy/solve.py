@@ -39,11 +39,10 @@ def solve_to_tolerance(planned: Plan) -> BoundedRun:
     """
     Run a plan until the result is proved to meet its tolerance.
 
-    Numerics are chosen for a target error, which is a power of ten: the largest power up to the
-    tolerance or, if this is below the rounding error, the largest power up to the rounding error.
-    If the target error is missed, the next looser targets are tried, and the run with the smallest
-    error bar is returned. Raises ToleranceError if this error bar is so large that eta is
-    meaningless.
+    Numerics are chosen for a target error: the largest power of ten up to the tolerance or, if this
+    is below the rounding error, up to the rounding error. If the target error is missed, the next
+    looser targets are tried, and the run with the smallest error bar is returned. Raises
+    ToleranceError if this error bar is so large that eta is meaningless.
     """
     problem, tolerance = planned.problem, planned.tolerance
     assert tolerance is not None

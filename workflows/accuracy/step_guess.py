@@ -15,7 +15,7 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
 # The error due to the step may be this share of the target error, because the error bar has other
-# parts. The share affects only the cost, because the total error is proved.
+# parts. The share affects only the cost.
 STEP_SHARE = 0.5
 # A stage of weight w is stable if 2 |w| H < 2 for the fastest mode. This factor keeps steps a tenth
 # below the limit.
@@ -41,7 +41,7 @@ _USUAL_SCATTER = {"srkn14": 20.0}
 # 100 beads.
 _GRANULAR_ERROR = 0.06
 # With damping, the error of eta is divided by the step itself; the measured ratio is 0.001 to 0.1.
-# If the guessed step is too long, the refinement finds a shorter one.
+# The refinement finds a shorter step if necessary.
 _DAMPED_ERROR = 0.01
 # These are the largest steps of schemes that are not compositions. They are limited by stability
 # and, in LAMMPS, by the longest Verlet step, which must not need a much longer bond table.
@@ -95,8 +95,7 @@ def pair_energy(line: Line) -> float:
 
 
 # For a bond and an energy, the cache contains the strain at which the compressed bond has this
-# energy, and U'' at this strain. It serves sweeps, in which many chains of different lengths have
-# the same speeds.
+# energy, and U'' at this strain. In a sweep, many chains of different lengths have the same speeds.
 _compressed: dict[tuple[Potential, float], tuple[float, float]] = {}
 _MOST_KEPT = 100_000
 

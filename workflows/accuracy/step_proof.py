@@ -3,11 +3,11 @@ Prove the error due to a step h by runs of the same collision at two larger step
 
 If the error is proportional to the power q of the step, eta at 1.3 h differs from eta at h by
 :math:`1.3^q - 1` times the error. This difference exceeds the error if q is larger than :math:`\ln
-2/\ln 1.3 = 2.64`. The run at 2 h shows whether q is larger: eta at 2 h then differs from eta at h
-by more than :math:`2^q - 1 = 5.2` times the error. The order of the scheme is not assumed, because
-errors do not follow it if a chain grazes the wall, breaks or amplifies the errors of steps. A step
-that ends at the first contact is the same in all three runs. If the last contact comes within two
-steps, the runs may therefore agree for any step, and prove nothing.
+2/\ln 1.3 = 2.64`. The run at 2 h shows whether q is larger: the difference in eta is then more than
+:math:`2^q - 1 = 5.2` times the error. The order of the scheme is not assumed, because errors do not
+follow it if a chain grazes the wall, breaks or amplifies the errors of steps. A step that ends at
+the first contact is the same in all three runs. If the last contact comes within two steps, the
+runs may therefore agree for any step, and prove nothing.
 
 Three values of eta may also agree by chance, because the errors of single contacts may cancel in
 their sum. The difference in eta is therefore also estimated from the changes of all closing speeds,

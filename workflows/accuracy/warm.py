@@ -29,8 +29,7 @@ from chaincor.workflows.engines.rounding import arithmetic_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import CostError, RunError
 
-# For smaller target errors, single runs are needed, because their amplification of rounding errors
-# is measured.
+# Smaller target errors need single runs, which measure the amplification of rounding errors.
 SHARPEST_GOAL = 1e-8
 # Energy of the most compressed bond in a warm chain, in units of T. Only the first step depends on
 # it.
@@ -157,7 +156,7 @@ class WarmSolver:
         return _LARGEST_STEP / self._problem.fast_stiffness**0.5 * _STEP_LADDER**rung
 
     def _rungs_of(self, velocity: float) -> tuple[int, int]:
-        """Return the first and last index of steps to try; -1 if bonds are too stiff for fixed steps."""
+        """Return the first and last index of steps to try; -1 if bonds are too stiff for these."""
         energy = velocity**2 + _HOTTEST_BOND * (self._problem.temperature or 0.0)
         place = math.ceil(math.log(energy) / _ENERGY_LADDER)
         if place not in self._rungs:
@@ -185,8 +184,7 @@ class WarmSolver:
             wanted = np.divide(STEP_SHARE * self._target_error, error)
         wanted = wanted ** (1.0 / STEP_SCHEMES[self.scheme].order)
         shrink = np.log(np.where(np.isfinite(error), wanted, 0.5)) / math.log(_STEP_LADDER)
-        # A collision that amplifies the errors of steps converges late; its step is therefore
-        # reduced more strongly after every attempt.
+        # A collision that amplifies the errors of steps converges late and needs larger changes.
         return rung + np.clip(np.ceil(shrink), tries, 5 + tries).astype(np.int64)
 
     def _rounding(self, starts: StartStates, velocities: Array) -> Array:
