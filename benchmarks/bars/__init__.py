@@ -1,1 +1,1 @@
-"""Are the error bars honest, and what are they measured by?"""
+"""Tests of error bars against true errors, and studies for the constants of error bars."""

@@ -1,13 +1,14 @@
 """
-Are the bars of ``chaincor analyze`` honest? Random jobs at two steps, run by LAMMPS itself.
+Test the error bars of ``chaincor analyze``, with random jobs that LAMMPS runs at two steps.
 
     python -m benchmarks.bars.analyzed [--pairs 30] [--seed 1] [--csv FILE]
 
-Each pair is written by ``chaincor inputs --frames``, run by ``lmp -in`` and analysed as a user
-does. Prints, over all pairs: how often the truth (in-house, 1e-10) is within `restitution_error`
-where that is not null; how often the number that the job printed itself is within `data_error`;
-the largest and some quantiles of error over what difference and drift say, which the reserves in
-``chaincor.analysis.step_error`` must exceed; and why bars are null.
+Two jobs of each collision are written by ``chaincor inputs --frames``, run by ``lmp -in`` and
+analysed like by a user. The true eta comes from the reference engine at 1e-10. For all pairs, the
+study prints four results. How often is the true eta within `restitution_error`, if this is not
+null? How often is the eta that the job itself printed within `data_error`? What is the ratio of the
+true error to the larger of difference and drift? The reserves in ``chaincor.analysis.step_error``
+must exceed the largest ratio. Why are error bars null?
 """
 
 import argparse
@@ -36,7 +37,7 @@ _REFERENCE = 1e-10
 
 @dataclass(frozen=True)
 class Pair:
-    """Two jobs of one collision: what was analysed, what the job printed, what is true."""
+    """Two jobs of one collision: result of the analysis, printed result, and true result."""
 
     potential: str
     particles: int
@@ -54,22 +55,22 @@ class Pair:
 
     @property
     def error(self) -> float:
-        """True error of the number."""
+        """True error of the analysed eta."""
         return abs(self.restitution - self.reference_value)
 
     @property
     def is_honest(self) -> bool:
-        """Whether the reference, exact to its tolerance, lies within the bar."""
+        """Whether the true eta, within the tolerance of the reference, is within the error bar."""
         return self.restitution_error is None or self.error <= self.restitution_error + _REFERENCE
 
     @property
     def is_read(self) -> bool:
-        """Whether the number belongs to the job's own run."""
+        """Whether the analysed eta agrees with the eta that the job printed."""
         return abs(self.restitution - self.printed) <= self.data_error
 
 
 def random_scene(random: np.random.Generator) -> tuple[Scene, float]:
-    """Draw a scene with the finer of two steps, and the ratio of the steps."""
+    """Draw a scene at the finer of two time steps, and the ratio of the time steps."""
     potential = str(random.choice(_POTENTIALS))
     speed = {"velocity": 10 ** random.uniform(-2, -0.4)}
     if potential != "harmonic":
@@ -81,14 +82,14 @@ def random_scene(random: np.random.Generator) -> tuple[Scene, float]:
         wall=str(random.choice(["event", "reflect"])),
         scheme="verlet",
         timestep=10 ** random.uniform(-2.5, -1.3) / ratio,
-        error=False,  # otherwise the logs of the jobs contain it
+        error=False,  # otherwise the logs of the jobs would contain the error
         **{key: float(value) for key, value in speed.items()},
     )
     return scene, ratio
 
 
 def try_pair(scene: Scene, ratio: float, folder: Path) -> Pair:
-    """Write, run and analyse a collision at two steps."""
+    """Write, run and analyse a collision at two time steps."""
     assert scene.timestep is not None
     coarse = scene.replace(timestep=ratio * scene.timestep)
     printed = [_run(one, folder / name) for name, one in (("coarse", coarse), ("fine", scene))][1]
@@ -140,7 +141,7 @@ def _chaincor(*arguments: object) -> tuple[int, str]:
 
 
 def summarise(pairs: list[Pair]) -> str:
-    """Return shares and quantiles, wall by wall."""
+    """Return fractions and quantiles for each wall."""
     read = sum(pair.is_read for pair in pairs)
     lines = [f"the job's own number within data_error: {read} of {len(pairs)}"]
     for wall, reserve in (("event", EVENT_RESERVE), ("reflect", REFLECT_RESERVE)):
@@ -158,7 +159,7 @@ def summarise(pairs: list[Pair]) -> str:
 
 
 def main() -> None:
-    """Draw, run, and print."""
+    """Draw pairs, run them, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pairs", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,13 +1,14 @@
 """
-Measure the constants that error bars and choices rest on, and write the file they are read from.
+Measure the constants of error bars and of choices, and write the file that contains them.
 
     python -m benchmarks.bars.calibrate [NAME ...] [--scenes 300] [--seed 1]
         [--output FILE]
 
-Each constant is a quantile over random scenes of what the scene would have needed, times a reserve,
-rounded up to two digits. Without names all are measured, which takes about an hour; with names the
-others stay as they are. Constants without a study here, and the least that a constant is taken for,
-are choices: their reasons stand beside them in the code.
+In each random scene, the study finds the constant that this scene would have needed. The constant
+is a quantile of these samples, times a reserve, rounded up to two digits. Without names, all
+constants are measured, which takes about an hour. With names, the other constants are not changed.
+Constants without a study, and lower limits of constants, are choices. The reasons for them are in
+the code that uses them.
 """
 
 import argparse
@@ -34,15 +35,16 @@ FILE = Path(measured.__file__).with_name(measured.FILE)
 class Constant:
     """Rule that turns samples into a constant."""
 
-    #: ``study(random, count)`` returns samples by key, under "" where there is one number only.
+    #: ``study(random, count)`` returns samples by key. The key is "" if there is only one constant.
     study: Callable[[Random, int], Samples]
     quantile: float  #: Quantile of the samples; 1 is the largest, 0 the smallest.
-    reserve: float  #: Factor on it, for scenes that were not drawn.
-    #: Scenes, as a share of those asked for: some studies are dear, some constants need few.
+    reserve: float  #: Factor on the quantile, for scenes that were not drawn.
+    #: Number of scenes, as a fraction of `--scenes`. Some studies are expensive, and some constants
+    #: need few scenes.
     scenes: float = 1.0
 
     def value(self, samples: list[float]) -> tuple[float, float]:
-        """Return the quantile found and the constant."""
+        """Return the quantile of the samples, and the constant."""
         found = float(np.quantile(samples, self.quantile))
         digits = 10.0 ** (math.floor(math.log10(max(self.reserve * found, 1e-30))) - 1)
         rounded = math.ceil if self.quantile > 0.0 else math.floor
@@ -75,12 +77,12 @@ SCHEMES = {
 
 
 def draw(name: str, seed: int) -> Random:
-    """Return random numbers that depend on the seed and the constant alone."""
+    """Return a generator that depends only on the seed and the name of the constant."""
     return np.random.default_rng([seed, zlib.crc32(name.encode())])
 
 
 def measure(name: str, scenes: int, seed: int) -> dict[str, Any]:
-    """Return one constant with how it came about."""
+    """Return a constant, and how it was measured."""
     random = draw(name, seed)
     common = {"seed": seed, "chaincor": versions()["chaincor"], "lammps": versions()["lammps"]}
     if name in SCHEMES:
@@ -129,7 +131,7 @@ def main() -> None:
     for name in arguments.names or names:
         table[name] = measure(name, arguments.scenes, arguments.seed)
         print(name, table[name], flush=True)
-        # One by one: a study that is interrupted keeps what it has.
+        # The file is written after each constant. An interrupted study keeps its results.
         ordered = {each: table[each] for each in names if each in table}
         head = "# Written by python -m benchmarks.bars.calibrate; do not edit.\n\n"
         arguments.output.write_text(head + tomli_w.dumps({"constants": ordered}))

@@ -1,4 +1,4 @@
-"""Random scenes with morse bonds and bonds by formula: other stiffnesses and natural lengths."""
+"""Random scenes with morse bonds and formulas, with other stiffnesses and natural lengths."""
 
 import math
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ import numpy as np
 from chaincor.lammps_inputs.scene import Scene
 from tests.judge.kinks import judge
 
-# A broken chain's late contacts take the judge long.
+# The judge needs much time for the late contacts of a longer broken chain.
 _MOST_PARTICLES = 60
 
 
 class Three(NamedTuple):
-    """Parameters of the judge's own forces."""
+    """Parameters of the forces of the judge."""
 
     p: float
     q: float
@@ -23,20 +23,20 @@ class Three(NamedTuple):
 
 
 def morse_force(strain, printed):
-    """Return the force of D (1 - exp(-a s))^2, p being D and q a."""
+    """Return the force of D (1 - exp(-a s))^2 with D = p and a = q."""
     less = math.expm1(-printed.q * strain)
     return 2.0 * printed.p * printed.q * less * (1.0 + less)
 
 
 def mie_force(strain, printed):
-    """Return the force of 4 eps ((sig/r)^12 - (sig/r)^6), p being eps and q sig."""
+    """Return the force of 4 eps ((sig/r)^12 - (sig/r)^6) with eps = p and sig = q."""
     r = printed.rest + strain
     sixth = (printed.q / r) ** 6
     return 24.0 * printed.p / r * sixth * (2.0 * sixth - 1.0)
 
 
 def quartic_force(strain, printed):
-    """Return the force of k s^2/2 + c s^4, p being k and q c."""
+    """Return the force of k s^2/2 + c s^4 with k = p and c = q."""
     return -strain * (printed.p + 4.0 * printed.q * strain * strain)
 
 
@@ -49,7 +49,7 @@ _FORMULAS = {
 
 @dataclass(frozen=True)
 class FormulaCase:
-    """Parameters of a scene, small enough to be sent to another process."""
+    """Parameters of a scene, which are sent to another process."""
 
     kind: str
     p: float
@@ -60,7 +60,7 @@ class FormulaCase:
     tolerance: float
 
     def scene(self, folder: Path) -> Scene:
-        """Return the scene; nothing is written."""
+        """Return the scene; no file is written."""
         fields: dict[str, Any] = {
             "particles": self.particles,
             "speed": self.speed,
@@ -74,7 +74,7 @@ class FormulaCase:
         return Scene(potential="formula", energy=text, parameters=parameters, **fields)
 
     def reference_value(self, folder: Path) -> tuple[float, float]:
-        """Return eta by the judge, and its error."""
+        """Return eta from the judge, and its error."""
         force = morse_force if self.kind == "morse" else _FORMULAS[self.kind][2]
         printed = Three(self.p, self.q, 2.0 ** (1.0 / 6.0) * self.q if self.kind == "mie" else 1.0)
         velocity = self.scene(folder).impact_velocity
@@ -82,7 +82,7 @@ class FormulaCase:
 
 
 def random_formula(random: np.random.Generator, engine: str | None = None) -> FormulaCase:
-    """Draw a case of any kind, for both engines or for one."""
+    """Draw a case of any kind, for a given engine or a random one."""
     kind = str(random.choice(["morse", *_FORMULAS], p=[0.4, 0.25, 0.2, 0.15]))
     stiffness = float(10 ** random.uniform(-0.5, 0.5))
     q = float(random.uniform(2.0, 15.0))

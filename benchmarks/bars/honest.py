@@ -1,15 +1,16 @@
 """
-Are the error bars honest? Random scenes against a much tighter run.
+Test error bars in random scenes, against much more accurate runs.
 
     python -m benchmarks.bars.honest [--scenes 300] [--seed 1] [--workers 2] [--engine NAME]
         [--kind named|user|formula|batch] [--csv FILE]
 
-Bonds of users (kinked, without tension, smooth, tables of few digits), morse bonds and bonds by
-formula are judged by an integrator that shares nothing with the engines, see ``judge.kinks``.
+Scenes with bonds of users (with kinks, without tension, smooth, or tables with few digits), morse
+bonds and formulas are judged by an integrator that shares no code with the engines
+(``judge.kinks``).
 
-Prints, over all scenes that claim their tolerance: how often the true error is within the reported
-one, how often the reported one is within the tolerance, and the median of reported error over
-tolerance; and each refusal with its reason.
+Prints how often the true error is within the reported error, and each refusal with its reason. For
+scenes whose reported error meets the tolerance, it also prints how often the true error is within
+the tolerance, and the median ratio of reported error to tolerance.
 """
 
 import argparse
@@ -31,14 +32,15 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.result import Collision
 
 _POTENTIALS = ("harmonic", "lj", "toda", "log", "power")
-# The judge is asked for so much less than the subject reports, down to what rounding allows.
+# Tolerance of the judge as a fraction of the reported error, and the smallest tolerance that
+# rounding allows.
 _JUDGE_SHARE = 0.01
 _SHARPEST_JUDGE = 1e-13
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One random scene: what was asked, what was reported, what is true."""
+    """A random scene with the tolerance, the reported error and the true error."""
 
     potential: str
     particles: int
@@ -56,7 +58,7 @@ class Trial:
 
 
 def random_scene(random: np.random.Generator, engine: str | None = None) -> Scene:
-    """Draw a scene over all potentials, sizes, speeds, tolerances and both engines, or for one."""
+    """Draw a scene: potential, size, speed, tolerance, and engine unless it is given."""
     potential = str(random.choice(_POTENTIALS))
     fields = {
         "potential": potential,
@@ -88,13 +90,13 @@ def try_scene(scene: Scene) -> Trial:
 
 
 def draw_batch(random: np.random.Generator, _engine: str | None = None) -> Scene:
-    """Draw a scene that may be carried out with others."""
+    """Draw a scene that may run in a batch."""
     seed, index = (int(number) for number in random.integers(0, 2**31, 2))
     return draw_together(seed, index, "reference")
 
 
 def try_in_batch(scene: Scene) -> Trial:
-    """Try a scene as `try_scene` in a batch; the seconds are 0 if it ran alone after all."""
+    """Try a scene like `try_scene`, but in a batch; `seconds` is 0 if it could only run alone."""
 
     def judged(bar):
         share = max(_JUDGE_SHARE * bar, _SHARPEST_JUDGE)
@@ -155,7 +157,7 @@ def _try(
 
 
 def report(trials: list[Trial], kind: str = "named") -> bool:
-    """Print the figures; return whether they are good."""
+    """Print the results; return whether they are good."""
     claimed = [t for t in trials if t.met]
     answered = [t for t in trials if t.reported is not None]
     honest = [t for t in answered if t.true <= t.reported + t.judge_error]
@@ -204,7 +206,7 @@ _KINDS: dict[str, tuple[Callable, Callable]] = {
 def run_study(
     scenes: int, seed: int, workers: int, engine: str | None = None, kind: str = "named"
 ) -> list[Trial]:
-    """Draw and try scenes in processes of their own."""
+    """Draw scenes, and try them in worker processes."""
     random = np.random.default_rng(seed)
     draw, attempt = _KINDS[kind]
     drawn = [draw(random, engine) for _ in range(scenes)]

@@ -1,4 +1,4 @@
-"""Count of right verdicts on ladders of steps with drawn errors of known kinds."""
+"""Count right verdicts on ladders with random errors of known kinds."""
 
 import argparse
 
@@ -24,7 +24,7 @@ def main() -> None:
         counts = dict.fromkeys(KINDS, 0)
         orders, values, kept = [], [], []
         for _ in range(options.draws):
-            # The last run of each rung is not shown to the judge.
+            # The last run of each rung is not used for the verdict.
             h, found, reference_value = draw(kind, options.rungs, options.columns + 1, random)
             verdict = judge_ladder(h[:, :-1], found[:, :-1])
             counts[verdict.kind] += 1

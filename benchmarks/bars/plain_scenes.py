@@ -1,10 +1,10 @@
 """
-Compare the bars of plain cold chains, on fine grids of speed, with runs 1000 times tighter.
+Compare error bars of cold chains, on fine grids of speed, with runs 1000 times tighter.
 
     python -m benchmarks.bars.plain_scenes [--count 20000] [--seed 1] [--particles 2 3 4]
 
-Chains of a kind are carried out together; those that are met one by one are left out. Prints how
-many are outside their bars, and the median of bar over error.
+Chains of one kind run in a batch. Chains that cannot run in a batch are omitted. Prints how many
+errors exceed their error bars, and the median ratio of error bar to error.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from chaincor.workflows.accuracy.batching import batch_kind, solve_batch
 _POTENTIALS = ("lj", "toda", "log", "power")
 _SIZES = (2, 3, 3, 4, 5, 7, 10, 14, 20)
 _TOGETHER, _TIGHTER = 250, 1e-3
-# The smallest error of the tighter run that counts: below, both are rounding.
+# Smaller errors of the tighter run are rounding errors.
 _ROUNDING = 2e-13
 
 
@@ -26,9 +26,9 @@ def compare_group(
     random: np.random.Generator, sizes: Sequence[int] = _SIZES
 ) -> list[tuple[Scene, float, float]]:
     """
-    Return scenes of one kind at neighbouring speeds, each with its bar and its error.
+    Return scenes of one kind at neighbouring speeds, each with its error bar and its error.
 
-    `sizes` are the numbers of particles to draw from.
+    The number of particles is drawn from `sizes`.
     """
     start = float(10.0 ** random.uniform(-2.5, 0.0))
     speeds = start * (1.0 + random.uniform(0.001, 0.01) * np.arange(_TOGETHER))

@@ -1,6 +1,6 @@
-"""Samples for the constants of error bars: each function draws scenes and returns samples.
+"""Samples for the constants of error bars. Each function draws scenes and returns samples.
 
-A sample is the constant that this one scene would have needed.
+A sample is the constant that this scene would have needed.
 """
 
 import sys
@@ -32,19 +32,19 @@ from chaincor.workflows.errors import RunError
 Samples = dict[str, list[float]]
 Random = np.random.Generator
 
-# Runs that agree to the last digit are no measure of a share.
+# Smallest divisor. Two runs may agree to the last digit.
 _TINY = 1e-300
 
 
 def draw_scene(random: Random, most: int = 150, potentials: tuple[str, ...] = ()) -> Scene:
-    """Draw a chain of 3 particles and more at a plain speed."""
+    """Draw a chain of at least 3 particles at a moderate speed."""
     potential = str(random.choice(potentials or ("harmonic", "lj", "toda", "log", "power")))
     particles = round(10 ** random.uniform(np.log10(3), np.log10(most)))
     fields: dict = {"potential": potential, "particles": particles}
     if potential == "harmonic":
         return Scene(**fields, velocity=float(10 ** random.uniform(-3, -0.3)))
-    # Above, lj chains break, and their late contacts are another matter than the step; log bonds
-    # get sharp sooner than others, and quartic chains cross themselves.
+    # At higher speeds, lj chains break, and late contacts cause errors of another kind. Log bonds
+    # become stiff at lower speeds than others, and particles of quartic chains pass each other.
     fastest = {"log": 0.4, "power": 0.6}.get(potential, 0.9)
     if potential == "power":
         fields |= {"power_order": 4, "power_c": 1.0}
@@ -52,12 +52,12 @@ def draw_scene(random: Random, most: int = 150, potentials: tuple[str, ...] = ()
 
 
 def find_reference(scene: Scene) -> ConvergedRun:
-    """Converge a scene as far as rounding lets it."""
+    """Solve a scene as accurately as rounding allows."""
     return converge(scene.problem, 3.0 * rounding_error("reference", scene.problem))
 
 
 def draw_numerics(random: Random, scene: Scene, wall: str) -> Numerics:
-    """Draw a scheme and a step that a user would take."""
+    """Draw a scheme and a time step that a user might choose."""
     if wall == "reflect":
         step = float(10 ** random.uniform(np.log10(0.002), -1))
         return Numerics(wall="reflect", scheme="verlet", timestep=step)
@@ -70,9 +70,9 @@ def draw_numerics(random: Random, scene: Scene, wall: str) -> Numerics:
 
 
 def proof_share(random: Random, count: int) -> Samples:
-    """Error of explicit numerics in LAMMPS over the largest difference to the runs that prove it.
+    """Error of explicit numerics in LAMMPS, divided by the largest difference from comparison runs.
 
-    Harmonic chains, whose contacts graze the wall, are half of the scenes of the event wall.
+    Half of the scenes with the event wall are harmonic chains, whose contacts graze the wall.
     """
     found: Samples = {"event": [], "reflect": []}
     materials = {
@@ -100,9 +100,10 @@ def proof_share(random: Random, count: int) -> Samples:
 
 
 def adaptive_share(random: Random, count: int) -> Samples:
-    """Error of adaptive steps over the larger difference to runs 10 and 100 times less accurate.
+    """Error of adaptive steps, divided by the difference from less accurate runs.
 
-    The latter counts 0.4 times.
+    The difference is the larger of two: from a run 10 times less accurate, and 0.4 times that from
+    a run 100 times less accurate.
     """
     samples: list[float] = []
     while len(samples) < count:
@@ -125,7 +126,7 @@ def adaptive_share(random: Random, count: int) -> Samples:
 
 
 def table_sensitivity(random: Random, count: int) -> Samples:
-    """Change of eta by a table of few rows, times v0, over its certified force error."""
+    """Change of eta by a table with few rows, times v0, divided by the certified force error."""
     found: Samples = {"spline": [], "linear": []}
     for style, samples in found.items():
         while len(samples) < count:
@@ -146,19 +147,19 @@ def table_sensitivity(random: Random, count: int) -> Samples:
             error = abs(rough.eta - reference_value.restitution) - 1e-10
             error -= rounding_of(rough)
             size = rough.details["table"]["force_error"] / scene.impact_velocity
-            # Values below the step's own error and rounding show nothing.
+            # Smaller effects of the table are hidden by the errors due to time step and rounding.
             if size > 1e-8:
                 samples.append(max(error, 0.0) / size)
     return found
 
 
 def _slow_scene(random: Random) -> tuple[Scene, float]:
-    """Return a slow harmonic chain, and the rounding of its coordinates over its motion."""
+    """Return a slow harmonic chain, and the rounding error of coordinates divided by the motion."""
     while True:
         particles = round(10 ** random.uniform(1, 2.5))
         velocity = float(10 ** random.uniform(-11, -4))
         unit = particles * sys.float_info.epsilon / velocity
-        # No digit of eta, or none lost, is left to compare.
+        # Outside these limits, all digits of eta are lost, or none.
         if 1e-9 < unit < 1e-2:
             return Scene(potential="harmonic", particles=particles, velocity=velocity), unit
 
@@ -169,8 +170,8 @@ def _slow_samples(random: Random, count: int, *, short: bool) -> list[float]:
     while len(samples) < count:
         scene, unit = _slow_scene(random)
         scheme = str(random.choice(["order6", "order8"]))
-        # Finer steps than rounding lets count are not taken for a tolerance; with explicit ones
-        # the runs that prove them also differ by their rounding.
+        # For a tolerance, steps are not reduced below the limit of rounding. With explicit steps,
+        # comparison runs also differ by rounding.
         target_error = max(0.1 * unit, 1e-10)
         numerics = Numerics(scheme=scheme, timestep=guess_step(scene.problem, scheme, target_error))
         stage = numerics.timestep * min(abs(w) for w in COMPOSITIONS[scheme].weights)
@@ -183,23 +184,23 @@ def _slow_samples(random: Random, count: int, *, short: bool) -> list[float]:
 
 
 def coordinate_rounding(random: Random, count: int) -> Samples:
-    """Error of slow harmonic chains in LAMMPS over n eps/v0, where drifts are long."""
+    """Error of slow harmonic chains in LAMMPS with long drifts, divided by n eps/v0."""
     return {"": _slow_samples(random, count, short=False)}
 
 
 def short_drift_rounding(random: Random, count: int) -> Samples:
-    """Error of slow harmonic chains in LAMMPS over n eps/v0, where a drift is short."""
+    """Error of slow harmonic chains in LAMMPS with a short drift, divided by n eps/v0."""
     return {"": _slow_samples(random, count, short=True)}
 
 
 def extrapolated_rounding(random: Random, count: int) -> Samples:
-    """Error of slow harmonic chains in LAMMPS, extrapolated, over n eps/v0 and the weights' sum."""
+    """Error of slow extrapolated harmonic chains in LAMMPS, over n eps/v0 times summed weights."""
     samples: list[float] = []
     for _ in range(count):
         scene, unit = _slow_scene(random)
         name: StepSchemeName = "extrapolated12"
         target_error = max(0.1 * unit, 1e-10)
-        # Steps finer than the target error needs are included.
+        # Steps may also be finer than the target error requires.
         step = guess_step(scene.problem, name, target_error) * float(
             10 ** random.uniform(-0.7, 0.0)
         )
@@ -210,10 +211,10 @@ def extrapolated_rounding(random: Random, count: int) -> Samples:
 
 
 def nudge_reserve(random: Random, count: int) -> Samples:
-    """Change of eta by one more nudge of the speed over the larger of two others."""
+    """Change of eta by a tiny change of speed, divided by the larger of two such changes."""
     samples: list[float] = []
     while len(samples) < count:
-        # Chains that break: others amplify nothing.
+        # Only chains that break amplify rounding errors.
         potential = str(random.choice(["lj", "log"]))
         speed = float(random.uniform(0.7, 1.1))
         scene = Scene(potential=potential, particles=int(random.integers(80, 300)), speed=speed)
@@ -232,14 +233,14 @@ def nudge_reserve(random: Random, count: int) -> Samples:
         except RunError:
             continue
         change = abs(one - other)
-        # Without amplification, plain rounding is in the bar.
+        # Without amplification, the error bar contains ordinary rounding.
         if max(usual, change) > rounding_error("reference", scene.problem):
             samples.append(change / max(usual, rounding_error("reference", scene.problem)))
     return {"": samples}
 
 
 def arithmetic_floor(random: Random, count: int) -> Samples:
-    """Difference of stepped and exact modal chains, a particle, with steps that are exact."""
+    """Difference per particle between modes and steps whose only error is rounding."""
     samples: list[float] = []
     while len(samples) < count:
         scene = draw_scene(random, most=500, potentials=("harmonic",))
@@ -250,7 +251,7 @@ def arithmetic_floor(random: Random, count: int) -> Samples:
 
 
 def array_sensitivity(random: Random, count: int) -> Samples:
-    """Error of single velocities, times and energies over what eta's floor is."""
+    """Error of velocities, times and energies, divided by eta's error due to table and rounding."""
     samples: list[float] = []
     while len(samples) < count:
         scene = draw_scene(random, most=100, potentials=("lj", "toda", "harmonic"))
@@ -278,7 +279,7 @@ def array_sensitivity(random: Random, count: int) -> Samples:
 
 
 def unseen_stretch(random: Random, count: int) -> Samples:
-    """Part of the longest bond's stretch that LAMMPS, looking now and then, does not see."""
+    """Fraction of the longest bond's strain that LAMMPS misses, because it checks only at times."""
     samples: list[float] = []
     while len(samples) < count:
         scene = draw_scene(random, potentials=("lj", "toda", "log"))
@@ -297,7 +298,7 @@ def unseen_stretch(random: Random, count: int) -> Samples:
 
 
 def sphere_power(random: Random, count: int) -> Samples:
-    """Power of the speed by which three particles come closer to hard spheres."""
+    """Power of the speed with which three particles approach the limit of hard spheres."""
     samples: list[float] = []
     while len(samples) < count:
         potential = str(random.choice(["lj", "toda", "log"]))
@@ -306,7 +307,7 @@ def sphere_power(random: Random, count: int) -> Samples:
             hard_sphere.vibration(Scene(potential=potential, particles=3, speed=k * speed).problem)
             for k in (1.0, 2.0)
         )
-        # Below 1e-20 the vibration is rounding.
+        # A vibration below 1e-20 is rounding.
         if slow is not None and fast is not None and fast > 1e-20:
             samples.append(float(np.log2(slow / fast)))
     return {"": samples}

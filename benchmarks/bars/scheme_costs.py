@@ -1,7 +1,7 @@
-"""Which scheme is usually the cheapest for a tolerance: both engines, over random scenes.
+"""Find the scheme that is usually the cheapest for a tolerance, in random scenes.
 
-Every scheme is asked to meet the same error in the same scene; times are of the processor, and only
-their ratios within a scene count.
+All schemes run to the same error in the same scene, in both engines. Only ratios of processor times
+within a scene are used.
 """
 
 import time
@@ -25,16 +25,16 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import RunError
 
 TARGET_ERRORS = tuple(10.0**-k for k in range(2, 12))
-# Lower orders gain a tenth at 1e-2, nothing from 1e-4 on.
+# Lower orders would save a tenth at 1e-2, and nothing from 1e-4 on.
 IN_HOUSE_SCHEMES = ("order8", "srkn14", "extrapolated12", "extrapolated14")
-# Cost factor of a scheme that cannot meet an error, or that is expected to take so many times
-# longer than another scheme.
+# Cost, relative to the cheapest scheme, that is assumed for a scheme which cannot reach an error.
+# Schemes with a larger expected cost are not run.
 HOPELESS = 5.0
 _REPEATS = 2
 
 
 def lammps_costs(random: Random, target_error: float) -> dict[str, float]:
-    """Return the seconds that each scheme takes to a target error in LAMMPS, in a random scene."""
+    """Return the time of each scheme in LAMMPS for a target error, in a random scene."""
     scene = draw_scene(random, most=300)
     reference_value = converge(scene.problem, 0.03 * target_error)
     scouting = watched_on(reference_value)
@@ -62,7 +62,7 @@ def lammps_costs(random: Random, target_error: float) -> dict[str, float]:
 
 
 def reference_costs(random: Random, target_error: float) -> dict[str, float]:
-    """Return the seconds that each scheme of the reference engine takes to a target error."""
+    """Return the time of each scheme in the reference engine for a target error."""
     scene = draw_scene(random, most=300, potentials=("lj", "toda", "log", "power"))
     reference_value = converge(scene.problem, max(0.03 * target_error, 3e-14 * scene.particles))
     costs = {}
@@ -96,7 +96,7 @@ def measure_losses(
     random: Random,
     scenes: int,
 ) -> dict[float, dict[str, float]]:
-    """Return the mean logarithm of each scheme's cost over the cheapest, by target error."""
+    """Return the mean logarithm of each scheme's relative cost, by target error."""
     losses = {}
     for target_error in TARGET_ERRORS:
         found: list[list[float]] = []
@@ -115,15 +115,15 @@ def measure_losses(
 
 def best_table(losses: dict[float, dict[str, float]]) -> tuple[dict[str, float], float]:
     """
-    Return above which target error each scheme is to be taken, and the mean loss of doing so.
+    Return the smallest target error at which each scheme is used, and the mean loss.
 
-    Schemes follow one another from loose to tight, the cheapest way over all target errors; the
-    last one is for all target errors below. The loss is the geometric mean of cost over that of the
-    cheapest.
+    From loose to tight target errors, a scheme is only replaced by a later one. The cheapest of all
+    such sequences is returned. The last scheme is used for all smaller target errors. The loss is
+    the geometric mean of the cost divided by that of the cheapest scheme.
     """
     target_errors = sorted(losses, reverse=True)
     schemes = list(next(iter(losses.values())))
-    # Cheapest way to have come to each scheme: schemes are only ever left for later ones.
+    # Cheapest sequence that ends with each scheme. A scheme is only replaced by a later one.
     ways: list[tuple[float, list[str]]] = [(0.0, []) for _ in schemes]
     for target_error in target_errors:
         reached = [min(ways[: k + 1], key=lambda way: way[0]) for k in range(len(schemes))]
@@ -135,7 +135,7 @@ def best_table(losses: dict[float, dict[str, float]]) -> tuple[dict[str, float],
     table = {}
     for scheme in dict.fromkeys(path):
         last = max(k for k, each in enumerate(path) if each == scheme)
-        # Halfway to the next target error; all target errors are powers of ten.
+        # Half-way to the next target error on a logarithmic scale; target errors are powers of ten.
         table[scheme] = (
             0.0 if last == len(target_errors) - 1 else float(f"{target_errors[last] / 10**0.5:.1g}")
         )

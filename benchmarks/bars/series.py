@@ -1,4 +1,4 @@
-"""Count of drawn correlated series whose means are within their bars."""
+"""Count random correlated series whose means are within their error bars."""
 
 import argparse
 

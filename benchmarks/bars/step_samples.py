@@ -1,4 +1,4 @@
-"""Scatter between scenes of errors at equal steps, in units of the fastest bond."""
+"""Errors at steps that are equal in units of the fastest bond, and their scatter between scenes."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import RunError
 
-# Nearby steps stand for different phases of the contacts within a step.
+# Nearby steps, at which contacts have different phases within a step.
 _PHASES = tuple(np.linspace(0.97, 1.0, 8).tolist())
 
 
@@ -23,7 +23,7 @@ def _error(scene: Scene, scheme: StepSchemeName, reference_value: float) -> floa
 
 
 def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
-    """Return the worst error by LAMMPS at some shares of each scheme's usual step."""
+    """Return the largest error in LAMMPS at some fractions of each scheme's usual step."""
     reference_value = find_reference(scene)
     bonds = watched_on(reference_value).table_range()
     worst = {}
@@ -38,7 +38,7 @@ def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
 
 
 def usual_error(random: Random, count: int) -> Samples:
-    """Error of eta in-house at the usual step of a scheme, in chains of 50 to 200 particles."""
+    """Error of the reference engine at the usual step of a scheme, for 50 to 200 particles."""
     schemes: tuple[StepSchemeName, ...] = (
         *SCHEME_ORDERS,
         "extrapolated14",
@@ -59,11 +59,11 @@ def usual_error(random: Random, count: int) -> Samples:
 
 
 def promise_reserve(random: Random, count: int) -> Samples:
-    """Error by LAMMPS over the worst of lj at 0.4 v*, n = 100, at equal scaled steps."""
+    """Error in LAMMPS, divided by the largest of lj at 0.4 v*, n = 100, at equal scaled steps."""
     worst = _lammps_errors(Scene(), _PHASES)
     found: Samples = {scheme: [] for scheme in worst}
     while len(found["verlet"]) < count:
-        # The advice is for chains: errors of a few particles are another matter.
+        # The advice is for longer chains. Errors of a few particles behave differently.
         scene = draw_scene(random).replace(particles=round(20.0 * 10.0 ** random.uniform()))
         try:
             errors = _lammps_errors(scene, (1.0,))

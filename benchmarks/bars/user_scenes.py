@@ -1,4 +1,4 @@
-"""Random scenes with bonds of users: kinked, without tension, smooth, and tables of few digits."""
+"""Random scenes with bonds of users: with kinks, without tension, smooth, and rounded tables."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,20 +13,20 @@ from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.scene import Scene
 from tests.judge.kinks import judge
 
-# A table is the spline of what it says: rounded values make that rough, which the judge, who does
-# not know the knots, follows with steps too short for many particles.
+# Rounded forces make the spline of a table rough. The judge does not know the knots of the spline,
+# and needs steps that are too short for more particles than this.
 _TABLE_PARTICLES = 12
 
 
 class Bend(NamedTuple):
-    """Stiffness beyond the strain of a kink above 0, or below it where it is negative."""
+    """Stiffness on the outer side of a kink, seen from strain 0, and the strain of the kink."""
 
     stiffness: float
     kink: float
 
 
 def bent_force(strain, bend):
-    """Return -s, with another stiffness beyond a kink."""
+    """Return -s, but with another stiffness beyond a kink."""
     if bend.kink >= 0.0:
         return -strain + (1.0 - bend.stiffness) * max(strain - bend.kink, 0.0)
     return -strain + (1.0 - bend.stiffness) * min(strain - bend.kink, 0.0)
@@ -57,7 +57,7 @@ def smooth_energy(strain, terms):
 
 
 class StudyBond(UserBond):
-    """A bond of a user whose loops, for the study's sake, are compiled once for all parameters."""
+    """Bond of a user whose loops are compiled only once for all parameters."""
 
     def __init__(self, kernel, energy, parameters, **options):
         self._kernel, self._parameters = kernel, parameters
@@ -69,7 +69,7 @@ class StudyBond(UserBond):
 
     @property
     def force_kernel(self):
-        """The force of one strain."""
+        """Force at one strain."""
         return self._kernel
 
     @property
@@ -80,7 +80,7 @@ class StudyBond(UserBond):
 
 @dataclass(frozen=True)
 class UserCase:
-    """Parameters of a scene, small enough to be sent to another process."""
+    """Parameters of a scene, which are sent to another process."""
 
     kind: str
     p: float
@@ -92,7 +92,7 @@ class UserCase:
     tolerance: float
 
     def scene(self, folder: Path) -> Scene:
-        """Return the scene; a table is written into a folder."""
+        """Return the scene; its table is written into a folder."""
         fields = {
             "particles": self.particles,
             "velocity": self.velocity,
@@ -121,7 +121,7 @@ class UserCase:
         return path
 
     def reference_value(self, folder: Path) -> tuple[float, float]:
-        """Return eta by the judge, and its error."""
+        """Return eta from the judge, and its error."""
         if self.kind == "table":
             spline = read_bond_table(self._table(folder)).users_force
             knots, terms = spline.x.copy(), spline.c.copy()
@@ -140,7 +140,7 @@ class UserCase:
 
 
 def random_case(random: np.random.Generator, engine: str | None = None) -> UserCase:
-    """Draw a case of any kind, for both engines or for one."""
+    """Draw a case of any kind, for a given engine or a random one."""
     kind = str(random.choice(["bent", "slack", "smooth", "table"], p=[0.4, 0.25, 0.2, 0.15]))
     particles = round(10 ** random.uniform(np.log10(2), np.log10(60)))
     velocity = float(10 ** random.uniform(-3, np.log10(0.3)))

@@ -1,1 +1,1 @@
-"""Columns of beads beside a page of C++ and LAMMPS's granular styles, and their limits."""
+"""Columns of beads, compared with a short C++ program and LAMMPS, and the limit of long ones."""

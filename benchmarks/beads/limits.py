@@ -3,9 +3,10 @@ Extrapolate the loss of columns of beads to infinite length.
 
     python -m benchmarks.beads.limits
 
-Losses at walls of the beads' own law come from the page of C++ without its error of second order.
-They approach their limit as a/n + b/n^2. The bar of the limit is the largest change of the fit when
-its shortest or its longest columns are dropped. The loss at a hard wall is printed beside it.
+The walls have the same contact law as the beads. Losses come from a short C++ program and are
+extrapolated to a time step of zero. With n beads, the loss differs from its limit by a/n + b/n^2.
+The error bar of the limit is the largest change of the fit if the shortest or the longest columns
+are omitted. The loss at a hard wall is printed, too.
 """
 
 import tempfile
@@ -20,7 +21,7 @@ BEADS = (100, 200, 300, 500, 700, 1000, 1500)
 
 
 def limit_of(beads: tuple[int, ...], losses: list[float]) -> float:
-    """Return the limit of a fit by 1, 1/n and 1/n^2."""
+    """Return the limit from a fit of 1, 1/n and 1/n^2."""
     powers = np.vander(1.0 / np.array(beads), 3, increasing=True)
     return float(np.linalg.lstsq(powers, np.array(losses), rcond=None)[0][0])
 

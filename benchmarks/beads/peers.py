@@ -1,11 +1,11 @@
 """
-Compare bead columns with a page of C++ and with LAMMPS's granular styles, at equal error.
+Compare columns of beads with a short C++ program and with LAMMPS, at equal error.
 
     python -m benchmarks.beads.peers
 
-Touching beads with Hertz's contact meet a wall of the same law. The error of each run is its
-distance to the reference engine at a tolerance of 1e-10. The C++ program then takes the step at
-which it has this error, and the ratio of both processor times is printed.
+Touching beads with Hertz contacts hit a wall with the same contact law. The error of each run is
+its difference from the reference engine at a tolerance of 1e-10. The C++ program then runs at the
+time step at which it has the same error, and the ratio of the two processor times is printed.
 """
 
 import tempfile
@@ -27,12 +27,12 @@ TURNS = 3
 
 
 def scene(beads: int, **changes: object) -> Scene:
-    """Return a column at speed 0.1, at which LAMMPS's beads touch no other but their neighbours."""
+    """Return a column at the speed 0.1, at which beads in LAMMPS touch only their neighbours."""
     return Scene(potential="hertz", particles=beads, velocity=0.1, **changes)  # type: ignore[arg-type]
 
 
 def reference_runs(beads: int, right: float) -> Iterator[tuple[str, float, float]]:
-    """Yield the name, the error of 1 - eta and the seconds of runs by the reference engine."""
+    """Yield name, error of 1 - eta and processor time of runs in the reference engine."""
     for tolerance in TOLERANCES:
         asked = scene(beads, engine="reference", tolerance=tolerance)
         error = abs(1 - collide(asked).restitution - right)
@@ -41,13 +41,13 @@ def reference_runs(beads: int, right: float) -> Iterator[tuple[str, float, float
 
 
 def granular_runs(beads: int, right: float, folder: Path) -> Iterator[tuple[str, float, float]]:
-    """Yield the name, error and seconds of bare runs by ``pair_style granular``."""
+    """Yield name, error of 1 - eta and processor time of runs by ``pair_style granular``."""
     for step in STEPS:
         job = folder / f"{beads}_{step}"
         write_job(scene(beads, timestep=step), job)
         script = (job / "in.chain").read_text().replace("index 1.0 0.5 0.54 0.93", "index 1.0")
         (job / "in.chain").write_text(script)
-        # The start of LAMMPS and the reading of its files are no part of the run.
+        # The time in which LAMMPS starts and reads files is subtracted.
         idle = script.replace("ceil(v_duration/v_step)", "0")
         (job / "in.idle").write_text(idle)
         seconds = min(_seconds(job, "in.chain") - _seconds(job, "in.idle") for _ in range(TURNS))
@@ -74,7 +74,7 @@ def main() -> None:
             base = 0.02
             base_error = abs(cpp.run(1.5, False, beads, base).loss - right)
             runs = list(reference_runs(beads, right))
-            # Ten beads take LAMMPS less time than its start, which is subtracted.
+            # With ten beads, the run takes less time than the start of LAMMPS.
             if beads >= 100:
                 runs += granular_runs(beads, right, folder)
             for label, error, seconds in runs:

@@ -1,4 +1,4 @@
-"""Compile and run the page of C++ that steps a column of beads by velocity Verlet."""
+"""Compile and run a short C++ program that integrates a column of beads by velocity Verlet."""
 
 import subprocess
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ _SOURCE = Path(__file__).with_name("column.cpp")
 
 @dataclass(frozen=True)
 class VerletRun:
-    """The loss of a column of beads at one time step."""
+    """Loss of a column of beads, from a run at one time step."""
 
     loss: float  #: 1 - eta.
     last_contact_time: float
@@ -32,14 +32,14 @@ class VerletColumn:
         return cls(program)
 
     def run(self, exponent: float, hard: bool, beads: int, timestep: float) -> VerletRun:
-        """Return the run of touching beads of mass 1 that arrive at speed 1."""
+        """Run a column of touching beads with mass 1 and impact speed 1."""
         arguments = [str(exponent), str(int(hard)), str(beads), repr(timestep)]
         command = [str(self.program), *arguments]
         printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         return VerletRun(*map(float, printed.split()))
 
     def extrapolated(self, exponent: float, hard: bool, beads: int) -> tuple[float, float]:
-        """Return 1 - eta without its error of second order, and the change of the last halving."""
+        """Return 1 - eta, extrapolated to a time step of zero, and the last change."""
         losses = [self.run(exponent, hard, beads, h).loss for h in (0.04, 0.02, 0.01)]
         coarse, fine = ((4 * b - a) / 3 for a, b in pairwise(losses))
         return fine, abs(fine - coarse)

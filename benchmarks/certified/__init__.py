@@ -1,1 +1,1 @@
-"""Restitutions that are theorems: enclosures by ball arithmetic, which both engines must meet."""
+"""Proved enclosures of restitutions by ball arithmetic, which both engines must reproduce."""

@@ -1,9 +1,9 @@
 """
-Prove the table of restitutions, or those of its rows that are named.
+Prove the table of restitutions, or only the named rows.
 
     python -m benchmarks.certified [NAME ...] [--jobs 2]
 
-Each row goes into ``table.json`` as soon as it is proved. The restitution for the exact initial
+Each row is written to ``table.json`` as soon as it is proved. The restitution for the exact initial
 data of a row lies within `radius` of `middle`.
 """
 
@@ -21,7 +21,7 @@ from benchmarks.certified.table import CASES, TABLE, Case, Row, read_table
 
 
 def prove(case: Case) -> Row:
-    """Return the row of a case."""
+    """Prove a case, and return its row of the table."""
     started = time.process_time()
     found = certify(
         case.potential,
@@ -30,7 +30,7 @@ def prove(case: Case) -> Row:
         wall_mass=case.target_mass,
         digits=case.digits,
     )
-    # Digits of the middle: those that are proved and three of the radius.
+    # The middle has all proved digits, and three more for the radius.
     proved = -math.log10(float(found.restitution.rad() / found.restitution.mid()))
     middle, radius, exponent = found.restitution.mid_rad_10exp(int(proved) + 3)
     return Row(
@@ -45,7 +45,7 @@ def prove(case: Case) -> Row:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Prove and write."""
+    """Prove the rows, and write the table."""
     parser = argparse.ArgumentParser(description="Prove the table of restitutions.")
     parser.add_argument("names", nargs="*", help="rows; all of them where none is named")
     parser.add_argument("--jobs", type=int, default=2)

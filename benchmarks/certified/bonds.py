@@ -1,4 +1,4 @@
-"""The forces of the named bonds in ball arithmetic: Taylor coefficients, boxes, energies."""
+"""Forces and energies of the named bonds in ball arithmetic."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -7,33 +7,33 @@ from typing import Protocol
 
 from flint import acb, arb, arb_mat
 
-# Series that the force of one bond is made of, by name, as far as they are known.
+# Known coefficients of the series from which the force of a bond is computed, by name.
 Memory = defaultdict[str, list[arb]]
 
 
 class Bond(Protocol):
-    """Bond for proofs: U'(s) term by term and on boxes, and U(s)."""
+    """Bond for proofs: Taylor coefficients of U'(s), U' on complex boxes, and U(s)."""
 
-    # The energy above which a bond may come apart; None where it never does.
+    # Energy above which a bond may break; None if it never breaks.
     breaks_at: Fraction | None
 
     def next_term(self, strain: list[arb], memory: Memory) -> arb:
-        """Return the Taylor coefficient of U'(s(t)) that goes with the last one of the strain."""
+        """Return the Taylor coefficient of U'(s(t)) of the same order as the strain's last one."""
 
     def force(self, strain: acb) -> acb:
-        """Return U'(s) on a box of the complex plane; not finite where the box has a pole."""
+        """Return U'(s) on a box of the complex plane; not finite if the box contains a pole."""
 
     def energy(self, strain: arb) -> arb:
         """Return U(s), with U(0) = 0."""
 
 
 def _dot(left: list[arb], right: list[arb]) -> arb:
-    """Return the sum of products, which the library adds up in one go."""
+    """Return the sum of products, with a single rounding by the library."""
     return (arb_mat(1, len(left), left) * arb_mat(len(right), 1, right))[0, 0]
 
 
 def _next_of_power(power: int, base: list[arb], known: list[arb]) -> arb:
-    """Append the next coefficient of base^power to those known, and return it."""
+    """Append the next coefficient of base^power to the known coefficients, and return it."""
     order = len(known)
     if order == 0:
         known.append(base[0] ** power)

@@ -1,8 +1,8 @@
 """
-A whole collision, enclosed: restitution, number of contacts, and that there are no more.
+Enclose a collision: restitution, number of contacts, and proof that no more follow.
 
-Initial data are exact: what a double, or a text of digits, says. With the centre of mass at X from
-the wall and the relative velocity V, the restitution is (V/v0)^2.
+Initial data are exact doubles or decimal numbers. The restitution is (V/v0)^2 with the final
+velocity V of the centre of mass relative to the wall.
 """
 
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ from benchmarks.certified.bonds import BONDS, Bond
 from benchmarks.certified.contacts import first_contact
 from benchmarks.certified.flow import Chain, NotProvedError, State
 
-# Bits that the last Taylor term left out is below, for each decimal digit of the arithmetic: with
-# steps of 1/8 of the disc each term brings three bits, a digit takes log2(10) of them.
+# With steps of 1/8 of the disc, each Taylor term adds three bits of precision. A decimal digit
+# requires log2(10) bits.
 _BITS_A_TERM, _BITS_A_DIGIT = 3.0, 3.33
 
 
@@ -23,10 +23,10 @@ _BITS_A_TERM, _BITS_A_DIGIT = 3.0, 3.33
 class Certificate:
     """Proved statements about a collision."""
 
-    restitution: arb  #: A ball that holds eta.
-    contacts: int  #: Number of hits of the first particle on the wall or the target.
-    last_contact_time: arb  #: From the first contact.
-    steps: int  #: Taylor steps that the proof took.
+    restitution: arb  #: Ball that contains eta.
+    contacts: int  #: Number of contacts of the first particle with the wall or the target.
+    last_contact_time: arb  #: Time of the last contact, from the first contact.
+    steps: int  #: Number of Taylor steps in the proof.
 
 
 def certify(
@@ -46,20 +46,20 @@ def certify(
     potential : str
         "harmonic", "lj", "toda" (b = 10) or "log".
     velocity : float
-        Impact speed, exact as the double it is.
+        Impact speed, an exact double.
     masses : sequence of float
-        One mass a particle, the first nearest the wall; exact.
+        Masses of the particles, from the wall outward; exact.
     wall_mass : float, optional
         Mass of a free particle in place of the wall; None for a rigid wall.
     digits : int
-        Decimal digits of the arithmetic; the enclosure loses some in each step.
+        Decimal digits of the arithmetic. Each step loses some of them.
     longest : float
-        The time after which the proof is given up.
+        Time after which the proof is abandoned.
 
     Raises
     ------
     NotProvedError
-        If contacts or the end cannot be decided with these digits, or the chain may break.
+        If contacts or the end cannot be decided with these digits, or if the chain may break.
     """
     before, ctx.dps = ctx.dps, digits
     try:
@@ -80,8 +80,9 @@ def _certify(
     chain = Chain(bond, tuple(arb(mass) for mass in masses))
     n = len(masses)
     terms = int(_BITS_A_DIGIT * digits / _BITS_A_TERM) + 1
-    # In the frame of the wall a contact gives the first particle -2 mu w/m_1, and the frame itself
-    # mu w 2/m_w, which all other particles see as a change of their velocities.
+    # Let w be the relative velocity and mu the reduced mass. A contact changes the velocity of the
+    # first particle by -2 mu w/m_1, and that of the wall by 2 mu w/m_w. The frame moves with the
+    # wall. In it, the velocities of all other particles change by -2 mu w/m_w.
     reduced = chain.masses[0]
     frame = arb(0)
     if wall_mass is not None:
@@ -123,11 +124,12 @@ def _mean(chain: Chain, values: Sequence[arb]) -> arb:
 
 def is_over(chain: Chain, state: State) -> bool:
     """
-    Say whether no contact can follow, by energy.
+    Return whether the energy excludes further contacts.
 
-    At a contact the centre of mass would be at X = sum_j c_j (1 + s_j), c_j being the share of the
-    mass beyond bond j. No bond can be longer than where its energy alone is all of what the
-    motion about the centre of mass has. Beyond that X, and moving away, the chain has parted.
+    At a contact the centre of mass would be at X = sum_j c_j (1 + s_j), where c_j is the fraction
+    of the mass beyond bond j. Each strain is limited, because the energy of a bond cannot exceed
+    the internal energy of the chain. This limits X. If the centre of mass is beyond the limit and
+    moves away, no contact follows.
     """
     mean = _mean(chain, state.velocities)
     if not mean > 0:
@@ -136,7 +138,8 @@ def is_over(chain: Chain, state: State) -> bool:
     place = state.gap + sum(
         (share * (1 + strain) for share, strain in zip(beyond, state.strains, strict=True)), arb(0)
     )
-    # A product: the library's power of a ball around zero is not finite.
+    # Squares are written as products, because the library's power of a ball around zero is not
+    # finite.
     kinetic = sum(
         (
             mass * (speed - mean) * (speed - mean) / 2
@@ -155,7 +158,7 @@ def _shares_beyond(chain: Chain) -> list[arb]:
 
 
 def _longest_strain(bond: Bond, energy: arb) -> arb | None:
-    """Return a strain s > 0 with U(s) above an energy; None where the bond may break."""
+    """Return a strain s > 0 with U(s) above an energy; None if the bond may break."""
     if bond.breaks_at is not None:
         limit = arb(bond.breaks_at.numerator) / bond.breaks_at.denominator
         if not energy < limit:

@@ -1,11 +1,11 @@
-"""Contacts within a step: that there is none before it, that it is one, and when."""
+"""Prove the first contact within a step, or that there is none, and enclose its time."""
 
 from flint import arb
 
 from benchmarks.certified.flow import NotProvedError, Step
 
-# Intervals of time are halved so often before a proof is given up: contacts that graze the wall,
-# with a speed below about 2^-40 of the others', are not decided.
+# Largest number of halvings of a time interval before a proof is abandoned. Contacts that graze the
+# wall, at less than about 2^-40 of the other speeds, are not decided.
 _MOST_HALVINGS = 40
 _NEWTON_STEPS = 12
 
@@ -14,21 +14,21 @@ GAP = 0
 
 def first_contact(step: Step, approach: int, *, leaves: bool) -> arb | None:
     """
-    Return when the gap first closes within a step; None if it provably stays open.
+    Return the time at which the gap first closes in a step; None if it provably stays open.
 
     Parameters
     ----------
     step : Step
-        The motion.
+        Enclosed motion.
     approach : int
-        Index of the velocity of the first particle, the rate at which the gap opens.
+        Index of the velocity of the first particle, which is the rate of change of the gap.
     leaves : bool
         Whether the step begins at the wall, which the particle has just left.
 
     Returns
     -------
     arb or None
-        A ball of times in which there is exactly one contact, the first.
+        A ball of times that contains the first contact and no other contact.
 
     Raises
     ------
@@ -62,12 +62,12 @@ def _first(
 
 
 def _sharpened(step: Step, approach: int, begin: arb, end: arb) -> arb:
-    """Return a small ball around the one time at which a falling gap is zero."""
+    """Return a small ball around the only time at which a decreasing gap is zero."""
     slowest = abs(step.unknown(approach, begin.union(end))).lower()
     time = ((begin + end) / 2).mid()
     for _ in range(_NEWTON_STEPS):
         closer = (time - step.unknown(GAP, time) / step.unknown(approach, time)).mid()
         time = closer if begin < closer < end else time
-    # The gap falls at least that fast all the while, so its zero is no farther than this.
+    # The gap decreases at least at this rate, which bounds the distance of its zero.
     away = (abs(step.unknown(GAP, time)) / slowest).upper()
     return time + arb(0, away)

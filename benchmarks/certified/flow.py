@@ -1,15 +1,15 @@
 """
-One step of a chain's motion, enclosed.
+Enclose one step of a chain's motion.
 
 The unknowns are the gap g between the first particle and the wall, the strains s_j of the bonds and
 the velocities v_i. In the frame of the wall, between contacts,
 
     g' = v_1,    s_j' = v_{j+1} - v_j,    m_i v_i' = U'(s_i) - U'(s_{i-1}).
 
-The motion is analytic: where a box B around x(0) in complex space has x(0) + z f(B) inside B for
-all abs(z) <= R, it exists for these z and stays in B (Picard and Lindeloef), so that by Cauchy's
-estimate its Taylor coefficients are at most rho / R^k, rho being the half-width of B. The rest
-after the last computed coefficient is a geometric series.
+Let B be a box around x(0) in complex space with x(0) + z f(B) inside B for all abs(z) <= R. The
+motion then exists and is analytic for these z, and stays in B (Picard and Lindeloef). According to
+Cauchy's estimate, its Taylor coefficients are at most rho / R^k with the half-width rho of B. The
+remainder after the last computed coefficient is bounded by a geometric series.
 """
 
 from collections import defaultdict
@@ -20,52 +20,53 @@ from flint import acb, arb
 
 from benchmarks.certified.bonds import Bond, Memory
 
-# A step is this part of the disc in which the motion was proved to exist: longer steps need more
-# terms each, shorter ones are more; exp(-2) makes the product of steps and squared terms least.
+# Length of a step, as a fraction of the disc in which the motion was proved to exist. Longer steps
+# need more terms, and shorter steps are more numerous. The fraction exp(-2) minimises the number of
+# steps times the squared number of terms.
 STEP_SHARE = 1 / 8
-# How far the first box reaches beyond what the velocities at its centre say, and how often it is
+# Width of the first box in units of the motion at the rates of its centre, and how often the box is
 # widened before a smaller disc is tried.
 _WIDER, _TRIES = 1.2, 3
 
 
 class NotProvedError(Exception):
-    """A statement cannot be proved with these digits or methods."""
+    """Error: a statement cannot be proved with these digits or methods."""
 
 
 @dataclass(frozen=True)
 class State:
-    """Gap, n - 1 strains and n velocities in the frame of the wall, each a ball."""
+    """Gap, n - 1 strains and n velocities in the frame of the wall, as balls."""
 
     gap: arb
     strains: tuple[arb, ...]
     velocities: tuple[arb, ...]
 
     def flat(self) -> list[arb]:
-        """Return all of them in one list."""
+        """Return gap, strains and velocities in one list."""
         return [self.gap, *self.strains, *self.velocities]
 
     @classmethod
     def from_flat(cls, values: list[arb]) -> "State":
-        """Take them from one list of 2 n balls."""
+        """Return the state from a list of 2 n balls."""
         n = len(values) // 2
         return cls(values[0], tuple(values[1:n]), tuple(values[n:]))
 
 
 @dataclass(frozen=True)
 class Step:
-    """The motion over a time: Taylor polynomials with a bound on what they leave out."""
+    """Motion during a time: Taylor polynomials, and bounds on their remainders."""
 
     terms: list[list[arb]]  #: Taylor coefficients of each unknown.
-    widths: list[arb]  #: Half-widths rho of the box, of each unknown.
-    disc: arb  #: Radius R of the disc of times in which the box is never left.
-    length: arb  #: The time that is stepped over, less than R.
+    widths: list[arb]  #: Half-widths rho of the box, for each unknown.
+    disc: arb  #: Radius R of a disc of complex times in which the motion stays in the box.
+    length: arb  #: Length of the step, less than R.
 
     def unknown(self, index: int, time: arb) -> arb:
-        """Enclose one unknown over a ball of times within the step."""
+        """Enclose an unknown for all times in a ball within the step."""
         return _polynomial(self.terms[index], time) + self._left_out(index, time)
 
     def slope_from_zero(self, index: int, time: arb) -> arb:
-        """Enclose (x(t) - x(0))/t, which has no zero where x leaves x(0) for good."""
+        """Enclose (x(t) - x(0))/t, which has no zero if x never returns to x(0)."""
         left_out = self.widths[index] / self.disc * self._tail(time, len(self.terms[0]) - 1)
         return _polynomial(self.terms[index][1:], time) + arb(0, left_out.upper())
 
@@ -90,13 +91,13 @@ def _polynomial(terms: list[arb], time: arb) -> arb:
 
 @dataclass(frozen=True)
 class Chain:
-    """A chain of particles."""
+    """Chain of particles."""
 
     bond: Bond  #: Bond between neighbours.
-    masses: tuple[arb, ...]  #: One mass a particle, the first nearest the wall.
+    masses: tuple[arb, ...]  #: Masses of the particles, from the wall outward.
 
     def step(self, state: State, terms: int, longest: float) -> Step:
-        """Enclose the motion from a state on, by so many Taylor terms."""
+        """Enclose the motion after a state, with `terms` Taylor terms."""
         disc, widths = self._disc(state)
         length = min(arb(STEP_SHARE * float(disc.mid())), arb(longest), key=float)
         return Step(self._terms(state, terms), widths, disc, length)
@@ -122,7 +123,7 @@ class Chain:
         return [gap, *strains, *velocities]
 
     def _disc(self, state: State) -> tuple[arb, list[arb]]:
-        """Return the radius of a disc of times, and the half-widths of a box never left in it."""
+        """Return the radius of a disc of times, and half-widths of a box around the motion."""
         start = [acb(value) for value in state.flat()]
         for disc in (arb(2) ** (2 - k / 4) for k in range(80)):
             disc = arb(float(disc.mid()))

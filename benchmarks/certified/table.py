@@ -1,4 +1,4 @@
-"""The collisions whose restitution is proved, and the table of what was proved of them."""
+"""Collisions whose restitution is proved, and the table of proved statements."""
 
 import json
 from dataclasses import dataclass
@@ -13,23 +13,25 @@ _PARAMETERS = {"toda": {"toda_b": 10.0}}
 
 @dataclass(frozen=True)
 class Case:
-    """A collision to be proved; all its numbers are doubles, and exact as such."""
+    """Collision to be proved; all parameters are exact doubles."""
 
     potential: str  #: "harmonic", "lj", "toda" (b = 10) or "log".
-    masses: tuple[float, ...]  #: One mass a particle, the first nearest the wall.
-    velocity: float  #: Impact speed in bond lengths and the bond's own unit of time.
-    target_mass: float | None = None  #: Mass of a free particle in place of the wall.
-    digits: int = 80  #: Decimal digits of the arithmetic: more where the collision loses more.
+    masses: tuple[float, ...]  #: Masses of the particles, from the wall outward.
+    velocity: float  #: Impact speed in the chain's units.
+    target_mass: float | None = (
+        None  #: Mass of a free particle in place of the wall; None for a wall.
+    )
+    digits: int = 80  #: Decimal digits of the arithmetic. Some collisions lose more digits.
 
     @property
     def name(self) -> str:
-        """Name of the case: bond, number of particles, speed, special features."""
+        """Name of the case, from bond, number of particles, speed and special features."""
         special = "" if set(self.masses) == {1.0} else "-masses"
         special += "" if self.target_mass is None else "-target"
         return f"{self.potential}-{len(self.masses)}-{self.velocity:g}{special}"
 
     def scene(self, **settings: object) -> Scene:
-        """Return the collision as a scene of the program."""
+        """Return the collision as a scene."""
         return Scene(
             potential=self.potential,
             particles=len(self.masses),
@@ -45,20 +47,20 @@ class Case:
 @dataclass(frozen=True)
 class Row:
     """
-    Proved statement: the restitution is within `radius` of `middle`, both exact decimal numbers.
+    Proved statement: eta is within `radius` of `middle`. Both are exact decimal numbers.
     """
 
     case: str  #: Name of the case.
-    #: The enclosure of eta.
+    #: Enclosure of eta.
     middle: str
     radius: str  #: See ``middle``.
-    contacts: int  #: Contacts in all, of which the last was at `last_contact_time` after the first.
+    contacts: int  #: Number of contacts. The last is `last_contact_time` after the first.
     last_contact_time: float
-    steps: int  #: Taylor steps of the proof.
+    steps: int  #: Number of Taylor steps in the proof.
     seconds: float  #: Processor time of the proof.
 
     def refutes(self, restitution: float, error: float) -> bool:
-        """Say whether a restitution and its bar miss the enclosure, in exact arithmetic."""
+        """Return whether a restitution and its error bar contradict the enclosure."""
         off = abs(Fraction(restitution) - Fraction(self.middle))
         return off > Fraction(error) + Fraction(self.radius)
 
@@ -95,7 +97,7 @@ CASES = (
 
 
 def read_table() -> list[Row]:
-    """Return the rows that were proved; none before the first."""
+    """Return the rows that were proved; empty if the table does not exist."""
     if not TABLE.is_file():
         return []
     return [Row(**row) for row in json.loads(TABLE.read_text())]

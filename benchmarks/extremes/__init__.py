@@ -1,1 +1,1 @@
-"""The edges of what can be asked: is every answer right, or a clear refusal?"""
+"""Extreme scenes: is every result right, or refused with a clear message?"""

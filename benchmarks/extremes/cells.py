@@ -1,4 +1,4 @@
-"""The cells of the map of the extremes, and what is said about one."""
+"""Cells of the map of the extremes, and results of cells."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -25,10 +25,11 @@ POTENTIALS: dict[str, dict[str, Any]] = {
 SPEEDS = (1e-12, 1e-8, 1e-4, 1e-2, 0.4, 1.0, 3.0, 10.0, 100.0, 1e3)
 SIZES = (1, 2, 3, 10, 100, 1000)
 ENGINES = ("reference", "lammps")
-# LAMMPS takes ten seconds for a cell of 1000 particles: one bond of each kind does there.
+# Longest chain of all bonds in LAMMPS. LAMMPS takes ten seconds for 1000 particles, and longer
+# chains are run for only one bond of each kind.
 LAMMPS_LONGEST = 100
 LAMMPS_LONG = ("harmonic", "lj", "toda 10", "log", "power 3", "power 4")
-# Affordable longer chains in the reference engine.
+# Longer chains that are affordable in the reference engine.
 LONG_CELLS = (
     *(("harmonic", 10_000, speed) for speed in (1e-12, 0.4, 1e3)),
     *((name, 10_000, 0.01) for name in ("lj", "toda 10", "log", "power 4")),
@@ -38,7 +39,7 @@ LONG_CELLS = (
 
 @dataclass(frozen=True)
 class Cell:
-    """A collision: name of the potential, particles, speed (v*; velocity of a harmonic chain)."""
+    """Collision with potential, particles and speed (in units of v*; for harmonic bonds, v0)."""
 
     potential: str
     particles: int
@@ -58,7 +59,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Found:
-    """Result of an engine or the judge for a cell, with the fields of a line."""
+    """Result of an engine or of the judge for a cell, as a line of the file has it."""
 
     potential: str
     particles: int
@@ -70,18 +71,18 @@ class Found:
     met: bool = False
     scheme: str = ""
     crossed: bool = False
-    failure: str | None = None  # name of the error's class
-    named: bool = True  # whether it is one of ours
+    failure: str | None = None  # class name of the error
+    named: bool = True  # whether the error is a ChaincorError
     message: str = ""
 
     @property
     def cell(self) -> Cell:
-        """The cell."""
+        """Cell of the result."""
         return Cell(self.potential, self.particles, self.speed)
 
 
 def all_cells(quick: bool) -> Iterator[tuple[Cell, str]]:
-    """Return the cells and engines of the map, or of its bounded version."""
+    """Yield the cells and engines of the map, or of its quick version."""
     sizes, speeds = SIZES, SPEEDS
     if quick:
         sizes, speeds = (1, 3, 10), (1e-12, 1e-4, 0.4, 3.0, 100.0, 1e3)

@@ -1,30 +1,30 @@
 """
-The map of the extremes: is every answer right, or a clear refusal?
+Map of the extremes: is every result right, or refused with a clear message?
 
     python -m benchmarks.extremes.map [-o FOLDER] [--workers 2] [--quick]
         [--picture docs/images/extremes_map.png]
 
-Potential x speed x number of particles x engine. Finished cells are kept in FOLDER/cells.jsonl, a
-line each, so that the same command goes on where it was stopped. (A results store does not serve:
-it keeps neither the judges, which are not scenes, nor time-outs.)
+A cell is a combination of potential, speed, number of particles and engine. Finished cells are
+written to FOLDER/cells.jsonl, one per line. After an interruption, the same command continues. A
+results store is not used, because it stores neither results of judges nor time-outs.
 
-Every cell is asked for eta to 1e-6, within 60 s of processor time; 300 s from 1000 particles on,
-and 1800 s from 10000 on.
-Its verdict is by rule:
+In each cell eta is computed to 1e-6 within 60 s of processor time; the limit is 300 s from 1000
+particles on, and 1800 s from 10000 on. These rules give the verdict:
 
-- *green*: the tolerance is claimed, and the judge is within the error bar;
-- *amber*: the bar is wider than the tolerance, says so, and the judge is within it; or a named
-  refusal of one line with a remedy. A refusal that states a fact of the motion (particles that
-  meet, a bond over its barrier) must be confirmed by the judge;
-- *red*: anything else: a bar that does not hold, an untrue refusal, an error without a name, a
-  warning, a number that is not one, a dead process, a time-out;
-- *unverified*: no judge yet, or one that ran out of time or is not sure to 1e-8.
+- *green*: the error bar is within the tolerance, and the judge is within the error bar;
+- *amber*: the error bar is wider than the tolerance, a message says so, and the judge is within the
+  error bar; or the cell is refused by a named error in one line with a remedy. Some refusals state
+  a fact about the motion (particles that pass each other, or a bond beyond its barrier). The judge
+  must confirm such a fact;
+- *red*: all other results: a wrong error bar, an untrue refusal, an error without a name, warnings,
+  a result that is not a number, a dead process, or a time-out;
+- *unverified*: there is no judge yet, or the judge ran out of time or is not accurate to 1e-8.
 
-The judge is a method of another kind than that of the answer, with tighter tolerances: Dormand and
-Prince's order 8 for what composed or extrapolated Verlet steps, modes, LAMMPS or the limit of hard
-spheres answered, and composed steps for what Dormand and Prince's answered. If the limit of hard
-spheres cannot be stepped at all (n above 100, or log bonds beyond the range of numbers), the cell
-is judged by eta = 1 and counted apart.
+The judge uses another kind of method than the result, with tighter tolerances. Results of composed
+or extrapolated Verlet steps, modes, LAMMPS or the limit of hard spheres are judged by the method of
+Dormand and Prince of order 8. Results of Dormand and Prince's method are judged by composed steps.
+Some results of the limit of hard spheres cannot be checked by steps (n above 100, or log bonds
+beyond the range of doubles). They are compared with eta = 1 and counted separately.
 """
 
 import argparse
@@ -47,20 +47,22 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.errors import BarrierError, CrossingError, RunError, WorkerDiedError
 
-# Seconds of processor time for each answer and each judge, from these numbers of particles on.
+# Limit of processor time for each result and each judge, by the least number of particles.
 SECONDS = {1: 60.0, 1000: 300.0, 10_000: 1800.0}
-# Two runs of the judge at these accuracies; the difference is the error of the finer. Long
-# chains that break amplify errors up to a million times and take the next two accuracies.
+# Accuracies of two runs by the judge. Their difference is the error of the more accurate run. Long
+# chains that break amplify errors up to a million times, and are run with the second pair.
 JUDGE_ACCURACIES = ((1e-9, 1e-10), (1e-12, 1e-13))
 JUDGE_STEP_GOALS = (1e-8, 1e-10)
-# Runs notice at the end of a step what stops them; bonds swing with periods of about 5.
+# Largest difference of the times at which two runs are stopped. Runs detect the cause at the end of
+# a step, and bonds oscillate with periods of about 5.
 SAME_TIME = 1.0
-# Hot chains forget their state: that a bond runs away late is sure, when is not.
+# The same as a fraction of the time. In chaotic chains it is certain that a bond breaks late, but
+# not when.
 SAME_SHARE = 0.1
 
 
 def answer(cell: Cell, engine: str) -> dict[str, Any]:
-    """Ask an engine, with warnings as errors."""
+    """Compute a cell with an engine."""
     from chaincor.workflows.collision import collide
 
     result = collide(cell.scene(engine))
@@ -75,7 +77,7 @@ def answer(cell: Cell, engine: str) -> dict[str, Any]:
 
 
 def judge(cell: Cell, scheme: str) -> dict[str, Any]:
-    """Answer by another method than `scheme`, twice, the second time more exactly."""
+    """Compute a cell by another method than `scheme`, at two accuracies."""
     from chaincor.workflows.accuracy.reference_runs import run_reference
     from chaincor.workflows.accuracy.step_guess import guess_step
     from chaincor.workflows.engines.reference import adaptive
@@ -109,7 +111,7 @@ def judge(cell: Cell, scheme: str) -> dict[str, Any]:
 
 
 def confirm(scene: Scene, accuracy: float, fact: RunError) -> None:
-    """See that a more exact run is stopped by the same at the same time; a judge must be sure."""
+    """Check that a more accurate run is stopped for the same reason at the same time."""
     from chaincor.workflows.engines.reference import adaptive
 
     try:
@@ -122,14 +124,15 @@ def confirm(scene: Scene, accuracy: float, fact: RunError) -> None:
 
 
 def time_of(fact: RunError) -> float:
-    """Return when it happened, which its message says."""
+    """Return the time in the message of an error."""
     found = re.search(r" time ([-+.0-9e]+[0-9])", str(fact))
     return math.nan if found is None else float(found[1])
 
 
 def limited(seconds: float, cell: Cell, by: str, task: Callable, argument: str) -> Found:
-    """Run a task in this process, which dies when it takes too much time."""
-    # Compiled loops never look at Python's signal handlers: the default action ends the process.
+    """Run a task in this process, with warnings as errors; end the process after a time."""
+    # Python's signal handlers do not run within compiled loops. The default action ends the
+    # process.
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_PROF, seconds)
@@ -149,7 +152,7 @@ def limited(seconds: float, cell: Cell, by: str, task: Callable, argument: str) 
 
 
 def died(cell: Cell, by: str, error: WorkerDiedError, limit: float) -> Found:
-    """Say why there is no answer."""
+    """Return the result of a cell whose process died."""
     late = re.search("SIGPROF|SIGALRM", str(error)) is not None
     name = "TimeOut" if late else "WorkerDied"
     return Found(
@@ -158,7 +161,7 @@ def died(cell: Cell, by: str, error: WorkerDiedError, limit: float) -> Found:
 
 
 def seconds_for(cell: Cell) -> float:
-    """Return how long an answer may take."""
+    """Return the limit of processor time."""
     return max(seconds for size, seconds in SECONDS.items() if cell.particles >= size)
 
 
@@ -169,7 +172,7 @@ class Map:
     Parameters
     ----------
     path : pathlib.Path
-        The file; what it holds is read, a line cut off at its end is dropped.
+        File of the results. Existing results are read, and an incomplete last line is ignored.
     """
 
     def __init__(self, path: Path) -> None:
@@ -188,7 +191,7 @@ class Map:
         self.found[found.cell, found.by] = found
 
     def compute(self, tasks: Iterable[tuple[Cell, str, Callable, str, float]], workers: int) -> int:
-        """Run the tasks that are not in the file; return how many."""
+        """Run the tasks that are not in the file; return their number."""
         todo = [task for task in tasks if (task[0], task[1]) not in self.found]
         with ProcessPool(workers) as pool, self.path.open("a") as file:
             pending = {
@@ -207,7 +210,7 @@ class Map:
         return len(todo)
 
     def run(self, cells: Iterable[tuple[Cell, str]], workers: int) -> int:
-        """Compute answers, then their judges; return how many were computed."""
+        """Compute results, then judge them; return the number of computations."""
         cells = list(cells)
         count = self.compute(
             ((cell, engine, answer, engine, seconds_for(cell)) for cell, engine in cells), workers
@@ -223,7 +226,7 @@ class Map:
 
 
 def main() -> None:
-    """Compute what is missing of the map, print the counts, draw the picture."""
+    """Compute the missing cells, print the counts, and draw the map."""
     parser = argparse.ArgumentParser(description="the map of the extremes")
     parser.add_argument("-o", "--output", type=Path, default=Path("extremes"))
     parser.add_argument("--workers", type=int, default=2)

@@ -1,11 +1,11 @@
 """
-Chains of two kinds of particles from a ratio of 1e-6 to 1e6: answered, how well, or refused?
+Test chains of two alternating masses, with mass ratios from 1e-6 to 1e6.
 
     python -m benchmarks.extremes.mass_ratios [--particles 6] [--most-seconds 60]
 
-Each ratio, bond and engine is run by `collide` to 1e-6 and judged by ``tests.judge.bodies``,
-which shares nothing with the engines. Prints a table in Markdown: the error bar reached where the
-judge agrees, `open` and `refused` by name; exit status 1 where a number is outside its bar.
+Each ratio, bond and engine is run by `collide` to 1e-6. The judge ``tests.judge.bodies`` shares no
+code with the engines. Prints a Markdown table with the error bar if the judge agrees, or with
+`open` or `refused`. The exit status is 1 if an error exceeds its error bar.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from chaincor.workflows.collision import collide
 from tests.judge.bodies import Unsure
 from tests.judge.lines import judge_scene
 
-# From the middle outward: the farther, the longer.
+# Mass ratios, beginning with those near 1. More extreme ratios take longer.
 RATIOS = tuple(sorted((10.0**k for k in range(-6, 7) if k), key=lambda r: max(r, 1.0 / r)))
 BONDS = ({"potential": "harmonic", "velocity": 0.1}, {"potential": "lj"}, {"potential": "toda"})
 ENGINES = ("reference", "lammps")
@@ -24,7 +24,7 @@ _TOLERANCE = 1e-6
 
 
 def cell(scene: Scene, most_seconds: float) -> str:
-    """Return what becomes of one scene, in a word or two."""
+    """Return the result of a scene in a few words."""
     try:
         found = collide(scene, most_seconds=most_seconds)
     except ChaincorError as error:
@@ -48,7 +48,7 @@ def cell(scene: Scene, most_seconds: float) -> str:
 
 
 def main() -> None:
-    """Make the table."""
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument("--particles", type=int, default=6)
     parser.add_argument("--most-seconds", type=float, default=60.0)

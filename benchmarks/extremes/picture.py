@@ -1,4 +1,4 @@
-"""The picture of the map of the extremes: a panel for each engine and number of particles."""
+"""Draw the map of the extremes, with a panel for each engine and number of particles."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 COLOURS = {"green": GREEN, "amber": ORANGE, "red": VERMILION, "unverified": BLUE}
 ABSENT = "#EFEFEF"
-# Lightened, so that letters can be read on them; red stays as strong as it is.
+# Colours are lightened to make letters on them legible. Red is not lightened.
 LIGHT = 0.5
 TITLES = {"reference": "in-house", "lammps": "LAMMPS"}
 MEANINGS = (
@@ -32,7 +32,7 @@ MEANINGS = (
 
 
 def draw(judged: Mapping[tuple[Cell, str], Verdict], path: Path) -> None:
-    """Draw the verdicts; the letters say what the colours say."""
+    """Draw the verdicts as colours and letters."""
     figure, panels = new_figure(
         len(ENGINES), len(SIZES), figsize=(12.5, 8.6), sharex=True, sharey=True
     )
@@ -104,7 +104,7 @@ def _swatch(colour: str, letter: str, meaning: str):  # type: ignore[no-untyped-
 
 
 def _letters():  # type: ignore[no-untyped-def]
-    """Return what draws a letter into the patches of a legend."""
+    """Return the handler that draws letters into the patches of a legend."""
     from matplotlib.legend_handler import HandlerPatch
     from matplotlib.patches import Patch
     from matplotlib.text import Text

@@ -1,4 +1,4 @@
-"""The rules by which a cell of the map of the extremes is green, amber, red or unverified."""
+"""Rules that make a cell of the map of the extremes green, amber, red or unverified."""
 
 import math
 import re
@@ -15,13 +15,13 @@ LONGEST_STEPPED_SPHERES = 100
 
 
 class UnsureError(Exception):
-    """The judge's own runs do not agree on what stops them."""
+    """Error: two runs of the judge do not agree on why they stop."""
 
 
-# Refusals that state a fact of the motion, and words that say what would do.
+# Refusals that state a fact about the motion, and verbs of remedies.
 FACTS = (CrossingError.__name__, BarrierError.__name__)
 REMEDY = re.compile(r"\b(use|lower|take|ask for|choose|give|extend|check|install)\b", re.IGNORECASE)
-# One letter for each verdict, so that nobody has to tell colours apart.
+# Letters of the verdicts, because not everyone can distinguish the colours.
 LETTERS = {
     "ToleranceError": "d",
     "RunError": "s",
@@ -33,7 +33,7 @@ LETTERS = {
 
 
 def needs_judge(found: Found) -> bool:
-    """Return whether a cell is judged by a run: answers but for hard spheres, and facts."""
+    """Return whether a run judges a cell: a result, unless of long chains of spheres, or a fact."""
     if found.failure is not None:
         return found.failure in FACTS
     return found.scheme != "hard-sphere" or found.particles <= LONGEST_STEPPED_SPHERES
@@ -41,7 +41,7 @@ def needs_judge(found: Found) -> bool:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Colour of a cell, the letter that tells it apart, and why."""
+    """Colour and letter of a cell, and the reason."""
 
     colour: str
     letter: str
@@ -49,7 +49,7 @@ class Verdict:
 
 
 def verdict(found: Found, judged: Found | None) -> Verdict:
-    """Judge what an engine said."""
+    """Judge the result of an engine."""
     if found.failure is not None:
         return _verdict_on_refusal(found, judged)
     assert found.restitution is not None
@@ -101,7 +101,7 @@ def _verdict_on_refusal(found: Found, judged: Found | None) -> Verdict:
 def verdicts(
     found: Mapping[tuple[Cell, str], Found], cells: Iterable[tuple[Cell, str]]
 ) -> dict[tuple[Cell, str], Verdict]:
-    """Return the verdict on every cell that was computed."""
+    """Return the verdicts on all cells that were computed."""
     return {
         (cell, engine): verdict(found[cell, engine], found.get((cell, "judge")))
         for cell, engine in cells
@@ -110,7 +110,7 @@ def verdicts(
 
 
 def report(found: Mapping[tuple[Cell, str], Found], judged: dict[tuple[Cell, str], Verdict]) -> str:
-    """Return counts for each engine, and each cell that is red or unverified."""
+    """Return counts for each engine, and a line for each red or unverified cell."""
     lines = []
     for engine in ENGINES:
         some = [each for (_, by), each in judged.items() if by == engine]

@@ -1,1 +1,1 @@
-"""A judge of stiffening contacts; the other judges are in `tests/judge/`."""
+"""Judge of stiffening contacts; the other judges are in `tests/judge/`."""

@@ -1,11 +1,12 @@
 """
-Judge bonds that stiffen like powers of the strain, by SciPy's DOP853 in the scene's own units.
+Judge bonds that stiffen like powers of the strain, by SciPy's DOP853 in scaled units.
 
     python -m benchmarks.judge.stiffening [--count 500] [--seed 1] [--most-seconds 120]
 
-Strains are counted in the compression that stops two particles, velocities in v0, so that the
-judge's numbers are near 1 whatever the stiffness at rest. It shares no code with the engines. A run
-ends where the particles fly apart without a bond in touch, or at five times the last contact.
+The unit of strain is the compression at which two particles stop each other, and the unit of
+velocity is v0. In these units, strains and velocities are near 1 for any stiffness. The judge
+shares no code with the engines. A run ends if the particles fly apart and no bond has a force, or
+after five times the time of the last contact.
 """
 
 import argparse
@@ -26,16 +27,17 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 
 Array = NDArray[np.float64]
-# Tolerances of pairs of runs; the first pair that agrees within a tenth of the bar is the judge.
+# Tolerances of pairs of runs. The first pair that agrees within a tenth of the error bar is used.
 _TOLERANCES = ((1e-8, 1e-10), (1e-11, 1e-13))
-# How far beyond the last contact, and beyond n times the time of a contact, the judge goes.
+# A run ends after the first number times the time of the last contact, and not before the second
+# number times n.
 _MULTIPLE, _LEAST = 5.0, 30.0
 _MOST_SECONDS = 120.0
 
 
 @dataclass(frozen=True)
 class Case:
-    """A chain whose bonds push with k s + p c |s|^(p - 1), one-sided or not."""
+    """Chain whose bonds push with k |s| + p c |s|^(p - 1); two-sided bonds also pull."""
 
     kind: str  #: ``power``, ``formula``, ``two-sided`` or ``one-sided``.
     exponent: float  #: p of the energy c |s|^p.
@@ -46,12 +48,12 @@ class Case:
     tolerance: float = 1e-6
 
     def energy(self, strain: Array) -> Array:
-        """Return U of strains."""
+        """Return U at some strains."""
         size = self._size(strain)
         return 0.5 * self.rest * size**2 + self.c * size**self.exponent
 
     def force(self, strain: Array) -> Array:
-        """Return -dU/ds of strains."""
+        """Return -dU/ds at some strains."""
         size = self._size(strain)
         push = self.rest * size + self.exponent * self.c * size ** (self.exponent - 1.0)
         return -np.sign(strain) * push
@@ -60,7 +62,7 @@ class Case:
         return np.maximum(-strain, 0.0) if self.kind == "one-sided" else np.abs(strain)
 
     def scene(self) -> Scene:
-        """Return the scene; for the kind ``power``, c belongs to an even exponent."""
+        """Return the scene; the kind ``power`` has even exponents."""
         fields: dict[str, Any] = {"potential": UserBond(self.energy, self.force)}
         if self.kind == "power":
             fields = {"potential": "power", "power_order": int(self.exponent), "power_c": self.c}
@@ -77,7 +79,7 @@ class Case:
         )
 
     def compression(self) -> float:
-        """Return the strain at which two particles that meet at v0 stop each other."""
+        """Return the strain at which two particles, each of speed v0, stop each other."""
         low, high = -60.0, 3.0
         for _ in range(200):
             middle = 0.5 * (low + high)
@@ -88,9 +90,9 @@ class Case:
 
 def judge(case: Case, wanted: float = 0.0) -> tuple[float, float]:
     """
-    Return the restitution, and by how much two runs of different tolerances differ.
+    Return the restitution, and the difference between runs with two tolerances.
 
-    Looser runs are enough if they agree within `wanted`.
+    Runs with looser tolerances are sufficient if they agree within `wanted`.
     """
     unit, n = case.compression(), case.particles
 
@@ -131,7 +133,8 @@ def _restitution(push: Callable[[Array], Array], n: int, tolerance: float) -> fl
         state, leaving = motion.y, motion.y[n:]
         if state[0] < 0.0:
             begun, path = motion.t_old, motion.dense_output()
-            # A contact begins at the wall: look a little after it.
+            # After a contact the motion begins at the wall. The search therefore begins slightly
+            # later.
             first = begun + 1e-9 * (motion.t - begun)
             now = last = brentq(lambda time, path=path: path(time)[0], first, motion.t, xtol=1e-15)
             part = solver(begun, path(begun), now)
@@ -149,20 +152,20 @@ def _restitution(push: Callable[[Array], Array], n: int, tolerance: float) -> fl
 
 
 def draw(random: np.random.Generator) -> Case:
-    """Draw a bond of exponent 1.2 to 12 and stiffness 0 to that of its power, and a speed."""
+    """Draw a bond with an exponent of 1.2 to 12 and any stiffness, and a speed."""
     kinds = ["power", "formula", "two-sided", "one-sided"]
     kind = str(random.choice(kinds, p=[0.4, 0.1, 0.25, 0.25]))
     exponent = float(random.uniform(1.2, 12.0))
     if kind == "power":
         exponent = float(random.choice([4, 6, 8, 10, 12]))
     if kind == "formula":
-        exponent = 4.0  # each text of a formula is compiled
+        exponent = 4.0  # each new formula would be compiled
     velocity = float(10.0 ** random.uniform(-9.0, 1.0))
     compression = float(10.0 ** random.uniform(-6.0, -0.5))
     c = velocity**2 / compression**exponent
     rest = 1.0 if kind == "power" else 0.0
     stiffness = (velocity / compression) ** 2
-    if kind == "formula":  # which must not be softer than 1e-8
+    if kind == "formula":  # formulas must have a stiffness of at least 1e-8
         rest = max(stiffness * 10.0 ** random.uniform(-6.0, 0.0), 1e-8)
     elif kind != "power" and random.uniform() < 0.5:
         rest = stiffness * 10.0 ** random.uniform(-16.0, 0.0)
@@ -172,7 +175,7 @@ def draw(random: np.random.Generator) -> Case:
 
 @contextmanager
 def _limit(seconds: float) -> Iterator[None]:
-    """Raise ArithmeticError after a time, where the system has alarms."""
+    """Raise ArithmeticError after a time, if the system supports alarms."""
     if not hasattr(signal, "SIGALRM"):
         yield
         return
@@ -190,7 +193,7 @@ def _limit(seconds: float) -> Iterator[None]:
 
 
 def try_case(case: Case, most_seconds: float = _MOST_SECONDS) -> tuple[str, str]:
-    """Return the verdict on a case, and a line that says what was found."""
+    """Return the verdict on a case, and a line with the results."""
     begun = time.process_time()
     try:
         found = collide(case.scene(), most_seconds=most_seconds)
