@@ -5,7 +5,7 @@ from chaincor.lammps_inputs.errors import InputError as InputError
 
 
 class RunError(ChaincorError):
-    """A run could not produce a trustworthy number."""
+    """A run could not produce a trustworthy result."""
 
 
 class MissingLibraryError(RunError):
@@ -31,7 +31,7 @@ class CrossingError(RunError):
 
 
 class BarrierError(RunError):
-    """A bond was stretched over its energy barrier, so its energy falls without limit."""
+    """A bond was stretched over its energy barrier; its energy then falls without limit."""
 
 
 class TimestepError(RunError):
@@ -39,11 +39,11 @@ class TimestepError(RunError):
 
 
 class UnfinishedCollisionError(RunError):
-    """The collision reached its limit of time, and further contacts are possible."""
+    """The collision reached its time limit, and further contacts are possible."""
 
 
 class ToleranceError(RunError):
-    """The error would exceed the tolerance by so much that a run is useless."""
+    """The error would be so large that a run is useless."""
 
 
 class UnsureJobWarning(UserWarning):
@@ -51,7 +51,7 @@ class UnsureJobWarning(UserWarning):
 
 
 class StoreError(InputError):
-    """A results store cannot be used: it is missing, read-only, too new, or no store."""
+    """A results store cannot be used, because it is missing, read-only, too new, or no store."""
 
 
 class StoreWriteError(RunError):
@@ -63,7 +63,7 @@ class SweepError(InputError):
 
 
 class CostError(InputError):
-    """A collision is expected to exceed its time limit, or reached it without a number."""
+    """A collision is expected to exceed its time limit, or reached the limit without a result."""
 
 
 class WorkerDiedError(RunError):
@@ -71,11 +71,11 @@ class WorkerDiedError(RunError):
 
 
 class WorkerStartError(RunError):
-    """No worker process starts, so no collision can be run."""
+    """No worker process starts; therefore no collision can be run."""
 
 
 class SchedulerError(RunError):
-    """The cluster's scheduler cannot be reached, or the connection was lost in a sweep."""
+    """The scheduler of the cluster cannot be reached, or its connection was lost in a sweep."""
 
 
 class SensitivityError(RunError):

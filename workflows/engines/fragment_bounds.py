@@ -116,13 +116,13 @@ def escape_risk(
 
     An ejection needs the energy :math:`E^* = U(\infty) + \frac12 u^2 \frac{m_1 M}{M - m_1}` with
     the masses :math:`m_1` of the particle and M of the fragment. With less energy, an ejection is
-    impossible. With more energy, the estimate is that of unimolecular decay. The m - 1 vibrations
-    share the energy I freely; during each period, one vibration has the energy :math:`E^*` or more
-    with the probability :math:`(1 - E^*/I)^{m-2}`. A fragment that decays ejects its particle with
-    this energy in :math:`((I - E^*)/(I - U(\infty)))^{m-2}` of the cases, and cools. If a bond has
-    a barrier, beyond which it releases energy without bound, :math:`E^*` is the height of the
-    barrier at any speed. If no bond binds the particles, no energy needs to gather, because the
-    particles pass their velocities on.
+    impossible. With more energy, the estimate follows the theory of unimolecular decay. The m - 1
+    vibrations share the energy I freely; during each period, one vibration has the energy
+    :math:`E^*` or more with the probability :math:`(1 - E^*/I)^{m-2}`. A fragment that decays
+    ejects its particle with this energy in :math:`((I - E^*)/(I - U(\infty)))^{m-2}` of the cases,
+    and cools. If a bond has a barrier, beyond which it releases energy without bound, :math:`E^*`
+    is the height of the barrier at any speed. If no bond binds the particles, no energy needs to
+    gather, because the particles pass their velocities on.
 
     `energy` is the internal energy I. `speed` is u, relative to the mean velocity of the fragment;
     the result is 1 if u is zero or less. `patience` is the number of vibrations.

@@ -190,7 +190,7 @@ def allowed_strains(bond: Potential) -> tuple[float, float]:
 
     At the smallest strain, two particles coincide or the data of the bond end. Particles with
     harmonic bonds have no such limit, because they may pass through each other. The largest strain
-    is that of the energy barrier or of the end of the data.
+    is the strain at the energy barrier or at the end of the data.
     """
     return bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
 

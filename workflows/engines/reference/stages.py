@@ -8,9 +8,9 @@ coordinates. The Verlet step has the position form, drift - kick - drift:
 .. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + (k/m_i)\,(F(s_{i-1}) - F(s_i)),
 
 Here d and k are the durations of drift and kick, and F is the force -dU/dr. For two bodies, or a
-soft wall, one of the strains is the gap. Its force is that of the contact law while the bodies
-overlap, and zero otherwise. The drifts of neighbouring steps merge. One stage of a composition is
-therefore one drift and one kick, in a single pass through the bonds.
+soft wall, one of the strains is the gap. The force at the gap follows the contact law while the
+bodies overlap, and is zero otherwise. The drifts of neighbouring steps merge. One stage of a
+composition is therefore one drift and one kick, in a single pass through the bonds.
 """
 
 from collections.abc import Callable

@@ -35,7 +35,7 @@ function(*arguments)
 # do; if it takes longer, it has been delayed.
 _HELPER_TIMEOUT = 10.0
 
-# This event is set while a loop is compiled; progress displays show this.
+# This event is set while a loop is compiled; progress displays report the compilation.
 COMPILING = threading.Event()
 
 _START: ContextVar[Callable[[], None] | None] = ContextVar("_START", default=None)
