@@ -10,13 +10,15 @@ int main(int, char **arguments) {
     const double p = atof(arguments[1]), h = atof(arguments[4]);
     const bool hard = atoi(arguments[2]);
     const long n = atol(arguments[3]);
-    const int twice = 2 * p == std::floor(2 * p) ? int(2 * p) : 0;
+    const int fourfold = 4 * p == std::floor(4 * p) ? int(4 * p) : 0;
     auto push = [&](double d) {
-        switch (twice) {
-            case 3: return d * std::sqrt(d);
-            case 4: return d * d;
-            case 5: return d * d * std::sqrt(d);
-            case 6: return d * d * d;
+        switch (fourfold) {
+            case 5: return d * std::sqrt(std::sqrt(d));
+            case 6: return d * std::sqrt(d);
+            case 7: return d * std::sqrt(d) * std::sqrt(std::sqrt(d));
+            case 8: return d * d;
+            case 10: return d * d * std::sqrt(d);
+            case 12: return d * d * d;
             default: return std::pow(d, p);
         }
     };

@@ -24,10 +24,19 @@ class HertzParameters(NamedTuple):
 
 def hertz_force(strain: Strain, parameters: HertzParameters) -> Strain:
     """Return d^p with the overlap d = -s; 0 if the beads are apart."""
-    overlap = np.maximum(-strain, 0.0)
-    if parameters.exponent == 1.5:  # a square root is several times faster than a power
+    overlap, exponent = np.maximum(-strain, 0.0), parameters.exponent
+    # Roots and products are several times cheaper than a power.
+    if exponent == 1.5:
         return overlap * np.sqrt(overlap)
-    return overlap**parameters.exponent
+    if exponent == 2.0:
+        return overlap * overlap
+    if exponent == 2.5:
+        return overlap * overlap * np.sqrt(overlap)
+    if exponent == 3.0:
+        return overlap * overlap * overlap
+    if exponent == 1.25:
+        return overlap * np.sqrt(np.sqrt(overlap))
+    return overlap**exponent
 
 
 def hertz_curvature(strain: Strain, parameters: HertzParameters) -> Strain:

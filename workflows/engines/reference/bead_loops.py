@@ -33,9 +33,9 @@ from chaincor.workflows.engines.reference.adaptive_loops import (
     SHRINK,
     STUCK,
     Tableau,
-    build_step,
 )
 from chaincor.workflows.engines.reference.bead_events import build_contact, build_end, build_moment
+from chaincor.workflows.engines.reference.bead_step import build_bead_step
 from chaincor.workflows.engines.reference.tracked import Overlapping, build_track
 
 RUN_STATE: Any = np.dtype(
@@ -108,46 +108,6 @@ class BeadPath(NamedTuple):
     parameters: BeadParameters
 
 
-def bead_rates(bond: Callable, contact: Callable, drag: Callable | None = None) -> Callable:
-    """
-    Return the equations of motion ``rates(state, out, parameters)``.
-
-    `drag` computes the damping of the contact law. Without `drag`, the contact has the damping of
-    the bonds.
-    """
-    own = drag is not None
-    drag_of = contact if drag is None else drag
-
-    def rates(state: Array, out: Array, parameters: BeadParameters) -> None:
-        beads = state.shape[0] // 2
-        out[0] = state[beads]
-        behind, loss = 0.0, 0.0
-        for i in range(beads - 1):
-            strain = state[1 + i]
-            opening = state[beads + i + 1] - state[beads + i]
-            ahead = 0.0
-            if i == parameters.gap:
-                ahead = contact(strain, parameters.contact)
-            elif strain < 0.0:
-                ahead = parameters.stiffness[i] * bond(strain, parameters.bond)
-            factor = 0.0
-            if own and i == parameters.gap:
-                factor = drag_of(strain, parameters.contact)
-            elif parameters.damping > 0.0 and strain < 0.0:
-                factor = parameters.damping * (-strain) ** parameters.damping_power
-            if factor > 0.0 and (i != parameters.gap or ahead > 0.0):
-                taken = min(factor * opening, ahead)  # beads that separate do not attract
-                ahead -= taken
-                loss += taken * opening
-            out[1 + i] = opening
-            out[beads + i] = (behind - ahead) * parameters.inverse[i]
-            behind = ahead
-        out[2 * beads - 1] = behind * parameters.inverse[beads - 1]
-        out[2 * beads] = loss
-
-    return rates
-
-
 def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Callable:
     """
     Return the loop of the adaptive engine for beads.
@@ -156,7 +116,7 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
     and returns the reason. `bond` computes the force at one strain.
     """
     extremes = register(bookkeeping.extremes)
-    take, estimate = build_step(rates, register)
+    take, estimate = build_bead_step(rates, register)
     chain_momentum, end, begin = build_contact(register)
     is_over, moment_of = build_end(bond, register), build_moment(take, register)
     track = build_track(register)

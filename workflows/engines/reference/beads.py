@@ -15,6 +15,7 @@ from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference import bead_loops as loops
 from chaincor.workflows.engines.reference.adaptive_flight import STAGES, AdaptiveFlight
 from chaincor.workflows.engines.reference.adaptive_loops import FULL, LATE, OVER
+from chaincor.workflows.engines.reference.bead_step import bead_rates
 from chaincor.workflows.engines.reference.compile import KEPT, LoopCompiler
 from chaincor.workflows.engines.reference.finish import (
     End,
@@ -87,7 +88,7 @@ def _compile(bond: Callable, law: type[ContactLaw]) -> Callable:
     register = compiler.register
     kernel, contact = register(bond), register(law.force_kernel)
     drag = None if law.drag_kernel is None else register(law.drag_kernel)
-    rates = register(loops.bead_rates(kernel, contact, drag))
+    rates = register(bead_rates(kernel, contact, drag, register))
     return compiler.compile(loops.build_bead_flight(kernel, rates, register))
 
 
