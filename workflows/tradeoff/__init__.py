@@ -1,1 +1,1 @@
-"""Measure the trade between speed and accuracy of one collision on this machine."""
+"""Measure the trade-off between speed and accuracy for one collision on this machine."""

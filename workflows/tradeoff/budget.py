@@ -1,4 +1,4 @@
-"""Split the error of a setting by cause, by runs without one cause at a time."""
+"""Split the error of a setting by cause, from runs that omit one cause after the other."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,44 +21,47 @@ from chaincor.workflows.tradeoff.oracles import (
 from chaincor.workflows.tradeoff.reference_solution import ReferenceSolution
 from chaincor.workflows.tradeoff.settings import PHASE_WIDTH
 
-# The plan assumes these seconds per force call of bond_style lepton, and per step in NumPy.
+# Assumed seconds per force call of bond_style lepton, and per step in NumPy, for the plan.
 _LEPTON_CALL = 2e-4
 _WIDE_STAGE = 3e-5
 _ROWS: dict[TableStyle, tuple[int, ...]] = {
     "linear": (101, 1_001, 10_001, 100_001),
     "spline": (31, 101, 301, 1_001, 10_001),
 }
-# Without a pilot run, a table covers this range. It contains most of the potential well, so it
-# serves for any speed.
+# A table covers this range if no pilot run determines a range. It contains most of the potential
+# well, so it is suitable for any speed.
 _WIDE = (0.8, 1.8)
 
 CAUSES = ("wall", "integrator", "table", "rounding", "output")
 
-# A function of this type is called with the finished fraction of a part.
+# A function of this type reports the finished fraction of a part.
 ReportPart = Callable[[float], None]
 
 
 @dataclass(frozen=True)
 class ErrorBudget:
-    """Error of eta by cause."""
+    """Errors of eta in one setting, by cause."""
 
     name: str  #: Name of the setting.
     scheme: str  #: Scheme of the setting.
     timestep: float  #: Composed step H.
-    #: Stock wall minus event wall at the same steps, root mean square over phases; None for the
-    #: event wall, whose contacts are located to rounding.
+    #: Error from the stock wall: stock wall minus event wall at equal steps, root mean square over
+    #: phases; None for the event wall, which locates contacts to within rounding.
     wall: float | None
-    integrator: float | None  #: Event wall, exact bonds and no rounding, minus the reference run.
-    #: Table minus exact bonds, at the same steps; None without a formula or enough time.
+    #: Error from the integrator: event wall, exact bonds and no rounding, minus the reference run.
+    integrator: float | None
+    #: Error from the table: table minus exact bonds, at equal steps; None if the bond has no
+    #: formula or the run would take too long.
     table: float | None
-    #: Doubles minus wider floats, at the same steps; None if the machine has no wider floats.
+    #: Error from rounding: doubles minus wider floats, at equal steps; None if the machine has no
+    #: wider floats.
     rounding: float | None
-    #: eta from final velocities with the six digits of a default dump, minus eta.
+    #: Error if eta is found from final velocities in a default dump, which have six digits.
     output: float
-    #: eta from final velocities with the 17 digits of chaincor's dumps, minus eta.
+    #: Error if eta is found from final velocities in chaincor's dumps, which have 17 digits.
     output_exact: float
-    total: float  #: Whole error of the setting.
-    #: eta of these steps with exact bonds, for the study of tables.
+    total: float  #: Total error of the setting.
+    #: Value of eta at these steps with exact bonds, for the study of tables.
     exact_restitution: float | None
 
     def parts(self) -> dict[str, float | None]:
@@ -67,7 +70,7 @@ class ErrorBudget:
 
 
 def printed_restitution(scene: Scene, outcome: Outcome, pattern: str) -> float:
-    """Return eta from final velocities printed in a dump with a format such as ``%g``."""
+    """Return eta from final velocities that a dump prints in a format such as ``%g``."""
     printed = np.array([float(pattern % v) for v in outcome.velocities])
     return float(restitution(printed, scene.impact_velocity))
 
@@ -82,11 +85,11 @@ def measure_budget(
     advance: ReportPart = lambda _done: None,
 ) -> ErrorBudget:
     """
-    Measure the error budget by removing the causes of error one after the other.
+    Measure the error budget of a setting by removing one cause of error after the other.
 
-    Errors have signs, and the errors of an event-wall run add up to the total. The error of the
-    stock wall is averaged over `phases` nearby steps. `oracle_seconds` limits the time of each slow
-    run, with exact bonds or with wider floats.
+    Errors have signs, and with the event wall they add up to the total error. The error from the
+    stock wall is averaged over `phases` nearby steps. `oracle_seconds` limits the time for each
+    slow run, which has exact bonds or wider floats.
     """
     advance(0.0)
     scene = reference.scene
@@ -118,7 +121,8 @@ def measure_budget(
     if wider_floats() and _WIDE_STAGE * located.force_evaluations < oracle_seconds:
         smooth = restitution_without_rounding(scene, event, located)
         integrator = abs(smooth - reference.restitution)
-        # Without a run with exact bonds, this difference would include the error of the table.
+        # If there is no run with exact bonds, this difference would include the error from the
+        # table.
         rounding = None if table is None else abs(exact - smooth)
     advance(1.0)
     return ErrorBudget(
@@ -142,10 +146,11 @@ class TablePoint:
 
     style: TableStyle  #: ``linear`` or ``spline``.
     rows: int  #: Number of rows.
-    bond_range: str  #: ``scene`` for the lengths this scene's bonds have, ``wide`` for 0.8 to 1.8.
-    #: Largest error of LAMMPS's interpolated force, from the table's certificate.
+    bond_range: str  #: ``scene`` for the bond lengths in this scene, ``wide`` for 0.8 to 1.8.
+    #: Largest error in the force that LAMMPS interpolates, from the table's certificate.
     force_error: float
-    restitution_error: float  #: |eta - eta with exact bonds| at the same steps.
+    #: Error of eta from the table: |eta - eta with exact bonds| at equal steps.
+    restitution_error: float
 
 
 def measure_tables(
@@ -157,10 +162,10 @@ def measure_tables(
     advance: ReportPart = lambda _done: None,
 ) -> list[TablePoint]:
     """
-    Run the same steps with tables of each style, range and number of rows.
+    Repeat a run at equal steps with tables of each style, range and number of rows.
 
-    `exact` is eta at these steps with exact bonds. With `quick`, tables cover only the scene's own
-    range.
+    `exact` is eta at these steps with exact bonds. If `quick` is true, tables cover only the bond
+    lengths in the scene.
     """
     scene, own = reference.scene, reference.bond_range
     ranges = {"scene": own}
@@ -174,7 +179,7 @@ def measure_tables(
         try:
             outcome = lammps.run(scene.problem, table)
         except ChaincorError:
-            continue  # The table is too coarse to hold the chain together.
+            continue  # The table is so coarse that the chain breaks.
         points.append(
             TablePoint(
                 style=style,

@@ -1,4 +1,4 @@
-"""Draw the figures of a trade-off study: error against time, by cause, and by table."""
+"""Draw the figures of a trade-off study: error against time, error by cause, error by table."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -32,17 +32,18 @@ _SCHEMES = {
 _OTHER_SCHEME = (PURPLE, "v")
 _STYLES = {"linear": (VERMILION, "o"), "spline": (PURPLE, "D")}
 _RANGES = {"scene": ("over the scene's lengths", "-"), "wide": ("over 0.8 to 1.8", "--")}
-# Errors of exactly zero are drawn at this value.
+# Errors that are exactly zero are drawn at this value.
 _LEAST = 1e-17
 
 
 def plot_work_precision(measurements: Sequence[Measurement], floor: float | None = None) -> "Axes":
     """
-    Draw the error of eta against the time of integration, both logarithmic.
+    Draw the error of eta against the time of integration, on logarithmic axes.
 
-    Error bars go from the smallest to the largest error over the phases. The Pareto front of LAMMPS
-    is a broad pale line, and `floor`, the error of the converged value, is a dotted line. Hollow
-    marks show the reference engine, and grey marks show the stock wall.
+    Error bars extend from the smallest to the largest error over the phases. A broad pale line
+    shows the Pareto front of LAMMPS, and a dotted line shows `floor`, the error of the converged
+    value. Open symbols are results of the reference engine, and grey symbols are results with the
+    stock wall.
     """
     figure, ax = new_figure(figsize=(7.2, 4.4))
     done = [m for m in measurements if not m.failure and m.seconds]
@@ -90,7 +91,11 @@ def plot_work_precision(measurements: Sequence[Measurement], floor: float | None
 
 
 def plot_error_budget(budgets: Sequence[ErrorBudget]) -> "Axes":
-    """Draw the error of eta by cause, with a group of bars and a line for the total per budget."""
+    """
+    Draw the error of eta by cause.
+
+    Each budget has a group of bars, and a line for the total error.
+    """
     figure, ax = new_figure(figsize=(6.4, 3.6))
     width = 0.8 / len(CAUSES)
     totals = [budget.total for budget in budgets]
@@ -103,7 +108,7 @@ def plot_error_budget(budgets: Sequence[ErrorBudget]) -> "Axes":
             place = group + (k - 0.5 * (len(CAUSES) - 1)) * width
             height = value or 0.0
             drawn = height > 0.0
-            # Zero and missing errors have no place on a logarithmic axis.
+            # A logarithmic axis cannot show errors that are zero or missing.
             ax.bar(
                 place,
                 height - bottom if drawn else 0.0,
@@ -130,7 +135,7 @@ def plot_error_budget(budgets: Sequence[ErrorBudget]) -> "Axes":
 
 
 def plot_table_errors(points: Sequence[TablePoint]) -> "Axes":
-    """Draw the error of eta due to a bond table against the number of rows."""
+    """Draw the error of eta due to bond tables against their number of rows."""
     ax = new_figure()[1]
     for style, bond_range in dict.fromkeys((p.style, p.bond_range) for p in points):
         own = [p for p in points if (p.style, p.bond_range) == (style, bond_range)]

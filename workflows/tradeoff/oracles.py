@@ -1,4 +1,4 @@
-"""Repeat LAMMPS's steps, each time without one source of error."""
+"""Repeat the steps of a LAMMPS run without one of its sources of error."""
 
 import tempfile
 from pathlib import Path
@@ -19,9 +19,8 @@ OracleState = tuple[NDArray, NDArray, NDArray]
 
 
 def lepton_formula(scene: Scene) -> str | None:
-    """Return the bond energy for ``bond_style lepton``; None for a bond without a formula."""
-    # Lepton's variable r is the length minus the natural length, and its log is the natural
-    # logarithm.
+    """Return the formula of the bond energy for ``bond_style lepton``; None if there is none."""
+    # In Lepton, r is the length minus the natural length, and log is the natural logarithm.
     formula = scene.bond.lammps_formula
     if formula is None:
         return None
@@ -30,11 +29,11 @@ def lepton_formula(scene: Scene) -> str | None:
 
 def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome) -> float:
     """
-    Run LAMMPS without a table: ``bond_style lepton`` differentiates the formula itself.
+    Run LAMMPS without a table, with ``bond_style lepton``, which differentiates the formula.
 
-    LAMMPS compiles the formula at every force call, which takes 100 us or more, so the run serves
-    only as a reference. Its forces are exact to rounding. The run ends after as many contacts as
-    `like`, the run with the table. The bond must have a formula. Raises RunError if LAMMPS fails.
+    The forces are exact to within rounding. LAMMPS compiles the formula at every force call, which
+    takes 100 us or more, so the run is useful only as a reference. It ends after as many contacts
+    as `like`, the run with the table. The bond must have a formula. Raise RunError if LAMMPS fails.
     """
     formula = lepton_formula(scene)
     assert formula is not None
@@ -47,16 +46,16 @@ def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome
 
 
 def wider_floats() -> bool:
-    """Return whether the machine has floats with more digits than doubles."""
+    """Return whether the machine has floats with more digits than a double."""
     return bool(np.finfo(np.longdouble).eps < 0.01 * np.finfo(np.float64).eps)
 
 
 def restitution_without_rounding(scene: Scene, numerics: Numerics, like: Outcome) -> float:
     """
-    Take LAMMPS's steps in NumPy with coordinates of 64 bits instead of 53, and exact bonds.
+    Take LAMMPS's steps in NumPy with exact bonds and with 64 instead of 53 bits of precision.
 
-    The remaining error is that of the integrator. The run ends after as many contacts as `like`,
-    the run of LAMMPS.
+    The remaining error comes from the integrator. The run ends after as many contacts as `like`,
+    the LAMMPS run.
     """
     return _collide(scene, numerics, WideChain(scene, numerics), like)
 
@@ -65,14 +64,14 @@ def _collide(
     scene: Scene, numerics: Numerics, chain: "LammpsChain | WideChain", like: Outcome
 ) -> float:
     """
-    Run a collision to its last contact.
+    Run a collision until its last contact.
 
-    The run `like` has already shown that no further contact follows.
+    The run `like` has shown that no further contact follows.
     """
-    # Checking the wall only after several steps saves time in LAMMPS, but not in NumPy.
+    # In LAMMPS, it saves time to check the wall only after several steps, but not in NumPy.
     guarded = isinstance(chain, LammpsChain)
     flight = flight_of(chain, scene.problem, numerics, guarded)  # type: ignore[arg-type]
-    # Without one of the errors, contacts occur at slightly different times.
+    # If one source of error is missing, contacts occur at slightly different times.
     limit = float(like.contact_times[-1]) + KNOWN_MARGIN / scene.bond.stiffness**0.5
     for _ in like.contact_times:
         if flight.advance(limit) is None:
@@ -82,9 +81,9 @@ def _collide(
 
 class WideChain:
     """
-    Chain with the interface of :class:`LammpsChain`, integrated in long doubles.
+    Chain that is integrated in long doubles, with the interface of :class:`LammpsChain`.
 
-    Its coordinates, velocities and forces are ``x``, ``v`` and ``f``, of shape (n,).
+    The attributes ``x``, ``v`` and ``f`` are coordinates, velocities and forces, of shape (n,).
     """
 
     def __init__(self, scene: Scene, numerics: Numerics) -> None:
@@ -96,16 +95,16 @@ class WideChain:
         self.f = np.zeros(scene.particles, dtype=np.longdouble)
 
     def run(self, steps: int) -> None:
-        """Take full Verlet steps."""
+        """Take Verlet steps of full length."""
         for _ in range(steps):
             self.verlet(self.timestep)
 
     def verlet(self, duration: float) -> None:
-        """Take one Verlet step, of either sign: kick, drift, kick."""
+        """Take one Verlet step (kick, drift, kick), forward or backward."""
         h = np.longdouble(duration)
         self.v += 0.5 * h * self.f
         self.x += h * self.v
-        # The strain is exact before it is rounded to the double that the potential takes.
+        # The strain is computed in long doubles, and then rounded to a double for the potential.
         force = self._bond.force((np.diff(self.x) - 1.0).astype(float))
         self.f[:] = 0.0
         self.f[:-1] -= force
@@ -113,7 +112,7 @@ class WideChain:
         self.v += 0.5 * h * self.f
 
     def step(self, duration: float | None = None) -> None:
-        """Take one composed step, of the full length H by default."""
+        """Take one composed step, by default of length H."""
         length = self.timestep if duration is None else duration
         for weight in self.weights:
             self.verlet(weight * length)

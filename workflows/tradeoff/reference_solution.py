@@ -1,4 +1,4 @@
-"""Compute converged values of a collision with error bars, the reference for all errors."""
+"""Compute a collision's converged values, with error bars, as the reference for all errors."""
 
 from dataclasses import dataclass, replace
 
@@ -15,7 +15,7 @@ from chaincor.workflows.engines.reference import modal
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 # The reference run aims at this error. Scenes with nearly grazing contacts or sharp bonds may miss
-# it; they are refined as long as that helps.
+# it. They are refined as long as the error decreases.
 _GOAL = 1e-13
 
 
@@ -24,9 +24,10 @@ class Deviation:
     """Deviation of a run from the converged values."""
 
     restitution: float  #: Signed error of eta.
-    #: Error of the time of the last contact; inf if the number of contacts differs.
+    #: Error in the time of the last contact; inf if the number of contacts differs.
     last_contact_time: float
-    mode_energies: float  #: Largest error of any E_j, in units of the energy at impact.
+    #: Largest error of any mode energy E_j, as a fraction of the energy at impact.
+    mode_energies: float
 
 
 @dataclass(frozen=True)
@@ -34,21 +35,22 @@ class ReferenceSolution:
     """Converged values of a collision."""
 
     scene: Scene
-    #: Converged eta.
+    #: Converged value of eta.
     restitution: float
     restitution_error: float  #: Error bar of eta.
     #: Time of the last contact.
     last_contact_time: float
-    last_contact_time_error: float  #: Error bar of that time.
-    mode_energies: Array  #: E_j right after the last contact; of shape (n,).
-    mode_energies_error: float  #: Largest error of any of them, in units of the energy at impact.
-    contacts: int  #: Hits on the wall.
-    scouting: PilotRun  #: Bond lengths and duration.
+    last_contact_time_error: float  #: Error bar of the time of the last contact.
+    mode_energies: Array  #: Mode energies E_j right after the last contact, of shape (n,).
+    #: Largest error of a mode energy, as a fraction of the energy at impact.
+    mode_energies_error: float
+    contacts: int  #: Number of contacts with the wall.
+    scouting: PilotRun  #: Bond lengths and duration that the run found.
     source: str  #: Method of the reference run.
 
     @property
     def bond_range(self) -> tuple[float, float]:
-        """Range of bond lengths that a table of this collision must cover."""
+        """Range of bond lengths that a table for this collision must cover."""
         return self.scouting.table_range()
 
     def deviation(self, outcome: Outcome) -> Deviation:
@@ -68,8 +70,8 @@ def find_reference(scene: Scene) -> ReferenceSolution:
     """
     Compute converged values of a collision with the reference engine.
 
-    Harmonic chains use the exact propagator. Other chains are refined until the results at two
-    steps agree. Raises RunError if no step resolves the collision.
+    For harmonic chains, the exact propagator is used. Other chains are computed at ever smaller
+    steps until the results at two steps agree. Raise RunError if no step resolves the collision.
     """
     if scene.bond.is_harmonic:
         exact = modal.run(scene.problem)

@@ -1,4 +1,4 @@
-"""Define the settings of a study (engine, wall, scheme, table, step), and measure them."""
+"""Define the settings of a study (engine, wall, scheme, table, step), and measure their errors."""
 
 import math
 import time
@@ -20,17 +20,18 @@ from chaincor.workflows.tradeoff.reference_solution import Deviation, ReferenceS
 
 _ENGINES = {"lammps": lammps, "reference": stepping}
 _ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "reference"}
-# Linear tables that are compared with splines have this force error, in units of v0. They need some
-# thousands of rows, while splines are exact to rounding with fewer rows.
+# For comparison with splines, linear tables have this force error, in units of v0. They need some
+# thousands of rows, while splines with fewer rows are exact to within rounding.
 _LINEAR_FORCE_ERROR = 1e-7
 # Textbooks and mailing lists recommend fix wall/reflect, Verlet and this step.
 STOCK_TIMESTEP = 0.005
 STOCK_PHASES = 8
-# Steps within this fraction of a setting give different phases of the contacts within a step.
+# Nearby steps differ by at most this fraction, and give different phases of the contacts within a
+# step.
 PHASE_WIDTH = 0.02
-# A ladder ends when the error is at most this many times the floor.
+# A series of decreasing steps ends when the error is at most this many times the floor.
 _FLOOR_SHARE = 3.0
-# One run of the first pass may take at most this fraction of the time.
+# In the first pass, one run may take at most this fraction of the total time.
 _LONGEST_SHARE = 0.08
 # The plan assumes that a step of the reference engine costs this fraction of a step of LAMMPS.
 _REFERENCE_COST = 0.1
@@ -38,18 +39,18 @@ _REFERENCE_COST = 0.1
 
 @dataclass(frozen=True)
 class Setting:
-    """Setting of one point in a work-precision study."""
+    """Numerics of one point in a work-precision study."""
 
     #: As in scenes.
     engine: Engine
     wall: Wall  #: As in scenes.
     scheme: Scheme  #: As in scenes.
-    table: TableStyle | None  #: ``linear`` or ``spline``; None without a table.
+    table: TableStyle | None  #: Style of the table, ``linear`` or ``spline``; None without a table.
     timestep: float  #: Composed step H.
 
     @property
     def series(self) -> str:
-        """Name of the series, which contains all settings that differ only in the step."""
+        """Name of the series, which consists of all settings that differ only in the step."""
         parts = [_ENGINE_NAMES[self.engine]]
         if self.engine == "lammps":
             parts.append("stock wall" if self.wall == "reflect" else "event wall")
@@ -62,10 +63,10 @@ class Setting:
         self, scene: Scene, bond_range: tuple[float, float] | None = None, phase: float = 0.0
     ) -> Numerics:
         """
-        Return the numerics of one run.
+        Return the numerics for one run.
 
-        `bond_range` is the range of the table, or None if the engine chooses it. `phase`, from 0 to
-        1, shortens the step by up to 2 %.
+        `bond_range` is the range of the table; if it is None, the engine chooses the range.
+        `phase`, from 0 to 1, shortens the step by up to 2 %.
         """
         linear = self.table == "linear"
         return Numerics(
@@ -79,17 +80,17 @@ class Setting:
 
 
 def stock_setting(scene: Scene, step: float = STOCK_TIMESTEP) -> Setting:
-    """Return the setting of the stock recipe at a step, which is in its unit of time."""
+    """Return the setting of the stock recipe at a step in units of :func:`time_unit`."""
     spline: TableStyle | None = None if scene.bond.is_harmonic else "spline"
     return Setting("lammps", "reflect", "verlet", spline, step * time_unit(scene, "reflect"))
 
 
 def time_unit(scene: Scene, wall: Wall) -> float:
     """
-    Return the unit of time that makes steps of different scenes comparable.
+    Return a unit of time in which steps of different scenes are comparable.
 
-    The unit is 1/frequency of the most compressed bond. For the stock wall, whose recipe ignores
-    compression, it is 1/frequency of a bond at natural length.
+    The unit is 1/frequency of the most compressed bond. With the stock wall, it is 1/frequency of a
+    bond at natural length, because the stock recipe ignores compression.
     """
     unit = scene.bond.stiffness**-0.5
     return unit if wall == "reflect" else unit / frequency_ratio(scene.problem)
@@ -113,7 +114,7 @@ _NOT_WHEN_QUICK: dict[Engine, tuple[Scheme, ...]] = {
 
 
 def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
-    """Return the ladders of a study, one per series, each from coarse to fine."""
+    """Return the settings of a study, one list for each series, from coarse to fine steps."""
     tabulated = not scene.bond.is_harmonic
     spline: TableStyle | None = "spline" if tabulated else None
     ratio = 2.0 if quick else 2.0**0.5
@@ -139,21 +140,22 @@ def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
 
 @dataclass
 class Measurement:
-    """Errors and times of one setting, collected run by run."""
+    """Errors and times of one setting, to which each run adds."""
 
     setting: Setting  #: Measured setting.
-    deviations: list[Deviation] = field(default_factory=list)  #: Error at each phase.
-    #: Processor time of the integration alone, one for each phase.
+    #: Deviation from the reference at each phase.
+    deviations: list[Deviation] = field(default_factory=list)
+    #: Processor time of the integration alone, at each phase.
     seconds: list[float] = field(default_factory=list)
-    #: Processor time of the rest: table, files, a new LAMMPS.
+    #: Processor time for everything else: table, files, a new LAMMPS instance.
     setup_seconds: list[float] = field(default_factory=list)
-    force_evaluations: int = 0  #: Number in one run.
-    table_points: int | None = None  #: Rows of the table.
-    failure: str | None = None  #: Reason of a failure.
+    force_evaluations: int = 0  #: Number of contacts in one run.
+    table_points: int | None = None  #: Number of rows in the table.
+    failure: str | None = None  #: Reason for a failure.
 
     @property
     def errors(self) -> np.ndarray:
-        """Absolute error of eta at each phase, shape (phases,)."""
+        """Absolute error of eta at each phase, of shape (phases,)."""
         return np.array([abs(each.restitution) for each in self.deviations])
 
     @property
@@ -173,12 +175,12 @@ class Measurement:
 
     @property
     def contact_time_error(self) -> float:
-        """Largest error of the last contact's time; inf if the number of contacts differs."""
+        """Largest error in the time of the last contact; inf if the number of contacts differs."""
         return max(each.last_contact_time for each in self.deviations)
 
     @property
     def mode_energy_error(self) -> float:
-        """Largest error of a mode energy, in units of the energy at impact."""
+        """Largest error of a mode energy, as a fraction of the energy at impact."""
         return max(each.mode_energies for each in self.deviations)
 
     @property
@@ -196,7 +198,7 @@ class Measurement:
             self.failure = str(error)
             return
         total, busy = time.perf_counter() - started, time.thread_time() - worked
-        # Processor time does not count the load of other programs.
+        # Processor time does not include the load from other programs.
         integration = outcome.seconds * min(busy / total, 1.0)
         self.deviations.append(reference.deviation(outcome))
         self.seconds.append(integration)
@@ -215,28 +217,29 @@ def measure_ladders(
     advance: Callable[[float], None],
 ) -> list[Measurement]:
     """
-    Run each ladder once from coarse to fine, then repeat all settings in turn.
+    Run each series once from coarse to fine steps, then repeat all settings in turn.
 
-    Returns all measured settings, from coarse to fine within each series. If they do not fit into
-    `seconds` of processor time, the most expensive settings are left out. `floor` is the error of
-    eta that rounding and the error bar of the reference run hide, so that finer steps show nothing.
-    `advance` is called with the fraction of the time that has passed.
+    Return all measured settings, from coarse to fine steps within each series. If the settings
+    would take more than `seconds` of processor time, the most expensive ones are not measured.
+    Errors of eta below `floor` are hidden by rounding and by the error bar of the reference run, so
+    finer steps are not run. `advance` is called with the elapsed fraction of the time.
     """
     for coarsest, *_ in ladders:
-        # Compiled loops are loaded before the clock starts.
+        # Compiled loops are loaded before times are measured.
         if coarsest.engine == "reference":
             Measurement(coarsest).run(reference, 0.0)
     started = time.thread_time()
 
     def spent() -> float:
-        # The limit is processor time, so that the load of other programs leaves no settings out.
+        # The limit applies to processor time, so that no setting is dropped because other programs
+        # run.
         return time.thread_time() - started
 
     def run(measurement: Measurement, phase: float) -> None:
         measurement.run(reference, phase)
         advance(min(1.0, spent() / seconds))
 
-    # The first pass runs all ladders, with the cheapest step first, in at most half the time.
+    # The first pass runs all series, starting with the cheapest step, in at most half the time.
     measured: list[list[Measurement]] = [[] for _ in ladders]
     rungs = [(k, setting) for k, ladder in enumerate(ladders) for setting in ladder]
     rungs.sort(key=lambda rung: expected_seconds(reference, rung[1]))
@@ -251,11 +254,11 @@ def measure_ladders(
         measurement = Measurement(setting)
         run(measurement, 0.0)
         measured[k].append(measurement)
-    # Settings are repeated in turn, so that a slow moment of the machine affects all of them alike.
+    # Settings are repeated in turn, so that slow moments of the machine affect all settings alike.
     found = [m for series in measured for m in series]
     for turn in range(1, STOCK_PHASES):
         for measurement in found:
-            # The error of the stock wall is irregular, so it needs more phases.
+            # The error with the stock wall is irregular, so this wall needs more phases.
             stock = measurement.setting.wall == "reflect"
             wanted = STOCK_PHASES if stock else 2 if quick else 4
             if turn >= wanted or measurement.failure or not measurement.seconds:
@@ -267,7 +270,7 @@ def measure_ladders(
 
 
 def expected_seconds(reference: ReferenceSolution, setting: Setting) -> float:
-    """Return the approximate time of one run of a setting in seconds, for the plan."""
+    """Return the approximate time of one run with a setting, in seconds, for the plan."""
     numerics = setting.numerics(reference.scene)
     seconds = cost_model().integration(
         reference.scene.problem, numerics, reference.scouting.end.last_contact_time

@@ -1,4 +1,4 @@
-"""Write a study as text, page, JSON, CSV and figures."""
+"""Write a trade-off study as text, page, JSON, CSV and figures."""
 
 import platform
 from dataclasses import asdict
@@ -54,7 +54,7 @@ REPORT = StudyReport(
 )
 _SETTING = ("engine", "wall", "scheme", "table")
 _ERRORS = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
-# JSON has these additional fields of the reference run and of the budgets, in this order.
+# JSON contains these additional fields of the reference run and of the budgets, in this order.
 _REFERENCE = (
     *("restitution", "restitution_error", "last_contact_time", "last_contact_time_error"),
     *("mode_energies_error", "contacts", "source"),
@@ -116,7 +116,7 @@ def describe_study(study: Tradeoff) -> str:
 def measurement_row(
     study: Tradeoff, measurement: Measurement, on_front: bool, promised: float | None
 ) -> dict[str, Any]:
-    """Return the results of one setting as a flat row; `promised` is its promised error."""
+    """Return the results of one setting as a row; `promised` is the error that it promises."""
     setting, done = measurement.setting, bool(measurement.seconds) and not measurement.failure
     setups = sorted(measurement.setup_seconds)
     return {
@@ -188,7 +188,7 @@ def write_study(study: Tradeoff, folder: Path) -> None:
 
 
 def _page(study: Tradeoff) -> dict[str, Any]:
-    """Return the content of the page that the pages of other studies do not have."""
+    """Return the parts of the page that pages of other studies do not have."""
     reference, scene = study.reference, study.scene
     shown = f"{scene.particles} particles, {scene.label} bonds"
     return {

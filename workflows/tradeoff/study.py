@@ -1,4 +1,4 @@
-"""Run a whole trade-off study: reference run, ladders, budgets, tables, advice."""
+"""Run a trade-off study: reference run, settings, error budgets, tables and advice."""
 
 import time
 import warnings
@@ -37,8 +37,7 @@ from chaincor.workflows.tradeoff.settings import (
 ENGINES: tuple[Engine, ...] = ("lammps", "reference")
 
 
-# All settings together may take the first number of processor seconds, and one run with exact bonds
-# or wider floats the second.
+# Processor seconds for all settings together, and for one run with exact bonds or wider floats.
 FULL, QUICK = (55.0, 12.0), (7.0, 5.0)
 
 
@@ -52,19 +51,19 @@ class Tradeoff:
     scene : Scene
         The collision.
     reference : ReferenceSolution
-        Converged values of the reference run.
+        Converged values from the reference run.
     measurements : tuple of Measurement
         All measured settings.
     cheapest : dict
-        Cheapest settings by decade of error, for each engine.
+        Cheapest settings for each decade of error, by engine.
     budgets : tuple of ErrorBudget
-        Budgets of the advised setting and of the stock recipe.
+        Error budgets of the advised setting and of the stock recipe.
     tables : tuple of TablePoint
-        Effect of tables; empty for harmonic bonds.
+        Effect of bond tables; empty for harmonic bonds.
     tolerance : float
-        Tolerance of the advice.
+        Tolerance that the advice meets.
     advice : str
-        One line.
+        Advice in one line.
     seconds : float
         Wall-clock time of the study.
     """
@@ -92,16 +91,17 @@ class Tradeoff:
 
     @property
     def failed(self) -> list[Measurement]:
-        """Settings that could not be run."""
+        """Settings whose runs failed."""
         return [m for m in self.measurements if m.failure]
 
     @property
     def own_tables(self) -> list[TablePoint]:
-        """Linear tables over the bond lengths of this scene."""
+        """Results with linear tables over the bond lengths in this scene."""
         return [p for p in self.tables if p.style == "linear" and p.bond_range == "scene"]
 
 
-# A function of this type is called with the name of a part and the finished fraction of the study.
+# A function of this type reports the name of the current part and the finished fraction of the
+# study.
 StudyProgress = Callable[[str, float], None]
 
 
@@ -109,28 +109,28 @@ def tradeoff(
     scene: Scene, *, quick: bool = False, progress: StudyProgress = lambda _part, _done: None
 ) -> Tradeoff:
     """
-    Measure error against time for a scene, on this machine, as ``chaincor tradeoff`` does.
+    Measure error against time for a scene on this machine, like ``chaincor tradeoff``.
 
     Parameters
     ----------
     scene : Scene
-        The collision. Its own numerics, engine and files are ignored; its tolerance, by default
-        1e-6, is the tolerance of the advice.
+        The collision. Numerics, engine and files of the scene are ignored. Its tolerance, by
+        default 1e-6, is the tolerance for the advice.
     quick : bool
-        Whether to measure fewer settings, in about 15 s instead of a minute or two.
+        Whether to measure fewer settings, which takes about 15 s instead of a minute or two.
     progress : callable, optional
         Function that is called with the name of each part and the finished fraction of the study.
 
     Returns
     -------
     Tradeoff
-        Error and time of every measured setting, the cheapest setting by decade of error, and one
-        line of advice.
+        Error and time of every measured setting, the cheapest setting for each decade of error, and
+        one line of advice.
 
     Raises
     ------
     RunError
-        If the collision cannot be converged, or no setting ran at all.
+        If the collision does not converge, or if no setting could be run.
     InputError
         If the scene has masses, a target, a soft contact or an initial state.
 
@@ -188,7 +188,7 @@ def tradeoff(
 
 
 def bare_scene(scene: Scene) -> Scene:
-    """Return a scene for LAMMPS with the physics of a scene, without its numerics and files."""
+    """Return a LAMMPS scene with the physics of a scene, but without its numerics and files."""
     own = ("tolerance", "wall", "scheme", "timestep", "table", "table_points")
     open_fields = dict.fromkeys((*own, "dump", "save", "arrays"))
     return scene.replace(**open_fields, engine="lammps")
@@ -197,7 +197,7 @@ def bare_scene(scene: Scene) -> Scene:
 def _setting_of(
     measurements: list[Measurement], rows: list[CheapestRow], tolerance: float
 ) -> Setting | None:
-    """Return the advised setting, or the most exact setting of LAMMPS."""
+    """Return the advised setting, or otherwise the most accurate setting of LAMMPS."""
     if row := advised(rows, tolerance):
         return row.setting
     usable = [m for m in measurements if not m.failure and m.setting.engine == "lammps"]
