@@ -1,1 +1,1 @@
-"""Compute derivatives of a collision from its linearised motion, forward and backward."""
+"""Compute the derivatives of eta from the linearised motion of a collision."""

@@ -1,19 +1,18 @@
 r"""
-Compile loops that follow a chain and carry a derivative back along its linearised motion.
+Compile loops that follow a chain and propagate a derivative back along its linearised motion.
 
-A line has N particles and N - 1 strains. One of the strains is the gap between the bodies, and a
-rigid wall is a particle of inverse mass 0. A step consists of drifts and kicks, whose derivatives
-are
+A line has N particles and N - 1 strains. One of the strains is the gap between the bodies. A rigid
+wall is a particle with inverse mass 0. A step consists of drifts and kicks, whose derivatives are
 
 .. math:: ds_i \to ds_i + d\,(dv_{i+1} - dv_i), \qquad
     dv_i \to dv_i + (k/m_i)\,(U''_i\,ds_i - U''_{i-1}\,ds_{i-1}).
 
 At a hard contact, the perturbation of the state jumps (saltation), because the time of the impact
-also changes: :math:`d\tau = dg/w` for a gap g that closes with the speed w. The perturbation of the
-gap changes sign, :math:`-dg`. The impact maps the perturbation of the velocities, :math:`dw + (a_p
-- a_{p+1})\,d\tau`, as it maps the velocities. Strains beside the gap change by :math:`ds =
-J\,d\tau/m` with the impulse J. The force of soft bodies is continuous when they touch or part, so
-nothing jumps there.
+also changes. For a gap g that closes with the speed w, the time changes by :math:`d\tau = dg/w`.
+The perturbation of the gap changes sign, :math:`-dg`. The perturbation of the velocities, :math:`dw
++ (a_p - a_{p+1})\,d\tau`, is mapped like the velocities themselves. Strains beside the gap change
+by :math:`ds = J\,d\tau/m` with the impulse J. When soft bodies touch or part, the force is
+continuous, and no perturbation jumps.
 """
 
 from collections.abc import Callable
@@ -30,52 +29,56 @@ from chaincor.workflows.engines.reference.compile import (
 )
 from chaincor.workflows.engines.reference.line_traits import LineParameters
 
-# The second derivative of a bond without a formula is a difference quotient over this strain on
-# either side.
+# If U'' has no formula, it is a difference quotient of the forces at this strain below and above.
 _DIFFERENCE = 1e-5
 
 
 class Substeps(NamedTuple):
     """Substeps within a section of the motion."""
 
-    times: Array  #: Duration of each substep; of shape (L,).
-    #: 1 if a hard contact ends the substep, 2 if soft bodies touch or part then, else 0; of shape
-    #: (L,).
+    times: Array  #: Duration of each substep, of shape (L,).
+    #: 1 if a hard contact ends the substep, 2 if soft bodies touch or part at its end, otherwise 0,
+    #: of shape (L,).
     hits: Array
-    #: Drift fractions of the scheme; of shape (K + 1,).
+    #: Drift fractions of the scheme, of shape (K + 1,).
     drifts: Array
-    kicks: Array  #: Kick fractions of the scheme; of shape (K,).
+    kicks: Array  #: Kick fractions of the scheme, of shape (K,).
 
 
 class Tape(NamedTuple):
     """Data of a section of the motion that the derivatives need."""
 
-    strains: Array  #: Strains at each kick; of shape (L, K, N - 1).
-    #: Speed of the hard contact that ends a substep, and accelerations of both particles; of shape
-    #: (L, 3).
+    strains: Array  #: Strains at each kick, of shape (L, K, N - 1).
+    #: For a hard contact at the end of a substep: its speed, and the accelerations of both
+    #: particles, of shape (L, 3).
     impacts: Array
-    #: Forces at each kick; later replaced by the derivatives of eta by these forces; of shape (L,
-    #: K, N - 1).
+    #: Forces at each kick, of shape (L, K, N - 1). They are later replaced by the derivatives of
+    #: eta with respect to these forces.
     weights: Array
 
 
 class Loops(NamedTuple):
-    """Compiled loops for one bond; their argument `line` is a `LineParameters`."""
+    """
+    Compiled loops for one bond.
 
-    #: ``follow(strain, velocity, substeps, tape, line)``: carries the state, in place, and
-    #: writes the tape.
+    The argument `line` of each loop is a `LineParameters`.
+    """
+
+    #: ``follow(strain, velocity, substeps, tape, line)`` propagates the state in place, and writes
+    #: the tape.
     follow: Callable
-    #: ``pull(strain, velocity, lightness, substeps, tape, line)``: carries the derivative of a
-    #: number by the state back, in place, and adds to the derivative by the inverse masses.
+    #: ``pull(strain, velocity, lightness, substeps, tape, line)`` propagates the derivative of a
+    #: quantity with respect to the state back in time, in place. It adds to `lightness`, the
+    #: derivative with respect to the inverse masses.
     pull: Callable
-    #: ``impulse(strains, weights, line)``: the sum of weights times bond forces. Its derivative by
-    #: a parameter of the bonds is the derivative of the number.
+    #: ``impulse(strains, weights, line)`` returns the sum of weights times bond forces. The
+    #: derivative of this sum with respect to a bond parameter is the derivative of the quantity.
     impulse: Callable
     parameters: tuple  #: Parameters of the bond's kernel.
 
 
 def loops_for(bond: Potential, law: type[ContactLaw]) -> Loops | None:
-    """Return the loops for a bond and a contact, or None if the bond cannot be compiled."""
+    """Return the loops for a bond and a contact law; None if the bond cannot be compiled."""
     force = scalar_force(bond)
     if force is None:
         return None
@@ -100,7 +103,7 @@ def _compiled(
 
 
 def differences_of(force: Callable) -> Callable:
-    """Return a function for U'' by central differences of a force."""
+    """Return a function that computes U'' by central differences of a force."""
 
     def curvature(strain: float, parameters: Any) -> float:
         below, above = strain - _DIFFERENCE, strain + _DIFFERENCE
@@ -110,9 +113,9 @@ def differences_of(force: Callable) -> Callable:
     return curvature
 
 
-# The inner loops of both loops use few arrays, so the compiler can vectorise them. They treat the
-# gap as a bond and correct it afterwards, because a branch at each bond would cost more than its
-# force.
+# The inner loops in both functions use few arrays, so the compiler can vectorise them. They treat
+# the gap as a bond and correct it afterwards, because a branch for each bond would cost more than
+# the force.
 def _build_follow(force: Callable, law: type[ContactLaw], register: Callable) -> Callable:
     press, kick_by = register(law.force_kernel), register(kicked)
 
@@ -171,7 +174,8 @@ def _build_pull(bond_curvature: Callable, law: type[ContactLaw], register: Calla
 
     @register
     def soften(at: Array, change: Array, forces: Array, line: LineParameters) -> None:
-        # Each bond subtracts U'' times the change of its strain. The gap uses the contact law.
+        # Each bond subtracts U'' times the change of its strain. For the gap, the contact law is
+        # used.
         gap = line.gap
         softer = press_bend(at[gap], line.contact) * change[gap]
         softer = forces[gap] - softer
@@ -189,7 +193,8 @@ def _build_pull(bond_curvature: Callable, law: type[ContactLaw], register: Calla
 
     @register
     def weigh(weights: Array, velocity: Array, light: Array, inverse: Array, kick: float) -> None:
-        # The derivative by inverse masses has used the forces, so the weights can replace them.
+        # The forces are no longer needed after the derivatives with respect to inverse masses, so
+        # the weights replace them.
         bonds, behind = weights.shape[0], 0.0
         for i in range(bonds):
             ahead = weights[i]
@@ -245,7 +250,7 @@ def _build_pull(bond_curvature: Callable, law: type[ContactLaw], register: Calla
 
 def _build_impulse(force: Callable) -> Callable:
     def impulse(strains: Array, weights: Array, line: LineParameters) -> float:
-        # Parameters of the bond do not change the force in the gap.
+        # Bond parameters do not change the force in the gap.
         total = 0.0
         for n in range(strains.shape[0]):
             for k in range(strains.shape[1]):

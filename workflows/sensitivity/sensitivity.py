@@ -1,11 +1,12 @@
 r"""
-Compute derivatives of eta by all inputs, from one run backward along the motion.
+Compute the derivatives of eta with respect to all inputs in one pass back along the motion.
 
-The restitution is :math:`\eta = (V_1/V_0)^2`, where V is the velocity at which the bodies part, so
-its derivative by the final velocities is known. The adjoint of the linearised motion carries this
-derivative back to the start (see ``loops``) and sums the contributions of masses and forces. Two
-identities of the exact derivative measure the error: eta is constant along the motion, and the
-motion stays the same if masses are multiplied by c and velocities divided by :math:`\sqrt c`.
+The restitution is :math:`\eta = (V_1/V_0)^2`, where V is the separation velocity of the bodies. The
+derivative with respect to the final velocities is therefore known. The adjoint of the linearised
+motion propagates this derivative back to the start (see ``loops``), and sums the contributions from
+masses and forces. Two identities of the exact derivative show its error: eta is constant along the
+motion, and the motion stays the same if masses are multiplied by c and velocities are divided by
+:math:`\sqrt c`.
 """
 
 import math
@@ -24,60 +25,65 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity.trace import Trace, trace
 
-# The first step is this fraction of the shortest bond's period over 2 pi. Errors of order 8 are
-# then about 1e-10.
+# The first step is this number divided by the angular frequency of the shortest bond. The scheme of
+# order 8 then has errors of about 1e-10.
 _USUAL_STEP = 0.1
-# The step is halved until the derivative reaches this error, at most this many times.
+# The step is halved until the error of the derivatives is below _WANTED, at most _MOST_HALVINGS
+# times.
 _WANTED, _MOST_HALVINGS = 1e-8, 6
-# The failure of the two identities shows only a part of the error, so it is multiplied by this
+# The residuals of the two identities show only a part of the error, so they are multiplied by this
 # factor.
 _RESERVE = 10.0
-# A derivative with a larger relative error is not returned.
+# Derivatives with a larger relative error are not returned.
 _WORST = 0.1
-# Variance of rounding divided by the square of the number. The variance is a twelfth of the squared
-# unit in the last place, which is on average 0.54 (machine epsilon times the number)^2.
+# Variance of rounding, relative to the square of the rounded number. The variance is a twelfth of
+# the squared unit in the last place. This square is on average 0.54 (machine epsilon times the
+# number)^2.
 _ROUNDED = 0.54 / 12.0 * np.finfo(float).eps ** 2
-# Bond parameters are varied by this fraction. The error of the differences is of the order of its
-# square.
+# Bond parameters are varied by this fraction. The error of the differences is about the square of
+# the fraction.
 _VARIED = 1e-5
 
 
 @dataclass(frozen=True)
 class Sensitivity:
     r"""
-    Derivatives of eta at the initial state of the bodies.
+    Derivatives of eta with respect to the initial state and the parameters of the bodies.
 
     Units are the natural bond length, the particle mass and the bond stiffness. Each derivative is
-    taken with all other quantities fixed: for a mass, the velocities and strains; for a bond
-    parameter, the strains and the absolute speed.
+    taken with all other quantities fixed. For a mass, these include velocities and strains; for a
+    bond parameter, strains and absolute speed.
 
     Attributes
     ----------
     velocity : float
-        :math:`d\eta/dv_0`, with the same change of velocity for all particles of the chain.
+        :math:`d\eta/dv_0`, where the velocities of all particles of the chain change equally.
     masses : ndarray of shape (n,)
-        Derivatives by each mass of the chain.
+        Derivatives with respect to each mass of the chain.
     target_masses : ndarray of shape (M,), or None
-        Derivatives by each mass of a free target, from the contact outward.
+        Derivatives with respect to each mass of a free target, from the contact outward.
     parameters : dict
-        Derivatives by the parameters of the bond: keys of the scene, or names in its formula.
+        Derivatives with respect to the bond's parameters, by their keys in the scene or names in
+        the formula.
     contact : dict
-        Derivative by the strength K of a soft contact, by its key in scenes. The key is also an
-        attribute, which is None for hard bodies.
+        Derivative with respect to the strength K of a soft contact, by its key in the scene. The
+        key is also an attribute, whose value is None for hard bodies.
     wall_place : float
-        Derivative by the position of the wall, or of a free target, along x towards the chain. It
-        is 0 for a chain whose bonds are at rest before the impact.
+        Derivative with respect to the position of the wall or free target, along x towards the
+        chain. The derivative is 0 if the bonds of the chain have their natural length before the
+        impact and the chain does not vibrate.
     strains, velocities : ndarray of shape (n - 1,) and (n,)
-        Derivatives by each initial bond length and velocity of the chain.
+        Derivatives with respect to each initial bond length and each initial velocity in the chain.
     amplification : float
-        Norm of the derivatives by gap, strains and velocities, times v0, over eta. If each of these
-        quantities has a random error of a fraction f of v0, the relative error of eta is f times
-        the amplification. The collision loses as many digits as this number has.
+        Norm of the derivatives with respect to gap, strains and velocities, times v0 and divided by
+        eta. If each of these quantities has a random error of f v0, the relative error of eta is f
+        times the amplification. The decimal logarithm of the amplification is the number of digits
+        that the collision loses.
     rounding : float
         Standard deviation of eta due to all roundings of strains and velocities, in a
-        double-precision run of order 8 with the steps used here.
+        double-precision run with the scheme of order 8 and the steps that are used here.
     error : float
-        Error of the derivatives, relative to the largest.
+        Error of the derivatives, relative to the largest derivative.
     """
 
     velocity: float
@@ -94,7 +100,7 @@ class Sensitivity:
     step: float = field(repr=False, default=0.0)
 
     def __getattr__(self, name: str) -> float | None:
-        """Return the derivative by a key of the contact law, or None if the law has no such key."""
+        """Return the derivative for a key of the contact law; None if the law has another key."""
         if name in CONTACT_KEYS:
             return self.contact.get(name)
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
@@ -114,19 +120,20 @@ class Sensitivity:
 class Gradient:
     """Derivatives of eta along a line."""
 
-    restitution: float  #: Eta.
-    #: Derivatives by the initial strains, with the gap; of shape (N - 1,).
+    restitution: float  #: Restitution eta.
+    #: Derivatives with respect to the initial strains, including the gap, of shape (N - 1,).
     strains: Array
-    velocities: Array  #: Derivatives by velocities; of shape (N,), 0 for a wall.
-    masses: Array  #: Derivatives by masses; of shape (N,), 0 for a wall.
-    parameters: Array  #: Derivatives by the varied parameters.
-    strength: float  #: Derivative by the strength of a soft contact.
-    rounding: float  #: Standard deviation of eta by roundings on the way.
-    residual: float  #: Failure of the identities over the size of their terms.
+    #: Derivatives with respect to initial velocities, of shape (N,); 0 for a wall.
+    velocities: Array
+    masses: Array  #: Derivatives with respect to masses, of shape (N,); 0 for a wall.
+    parameters: Array  #: Derivatives with respect to the varied parameters.
+    strength: float  #: Derivative with respect to the strength of a soft contact.
+    rounding: float  #: Standard deviation of eta due to roundings during the motion.
+    residual: float  #: Residual of the identities, relative to the size of their terms.
 
 
 class Variant(NamedTuple):
-    """Kernel parameters of a bond with one parameter decreased and increased."""
+    """Kernel parameters of a bond with one parameter slightly decreased and increased."""
 
     name: str
     less: tuple
@@ -138,12 +145,12 @@ def sensitivity_of(
     scene: Scene, contacts: int, duration: float, shortest: float, restitution: float, error: float
 ) -> Sensitivity:
     """
-    Return the derivatives of eta of a collision that has been carried out.
+    Return the derivatives of eta for a collision whose result is known.
 
     `duration` is the time from the first contact to the end of the last one, and `shortest` is the
-    strain of the shortest bond. The differentiated run must agree with `restitution` within its
-    error bar. Raises SensitivityError if the motion cannot be linearised, or if no digit of the
-    derivative is certain.
+    strain of the shortest bond. The restitution of the differentiated run must agree with
+    `restitution` within its error bar. Raise SensitivityError if the motion cannot be linearised,
+    or if no digit of the derivatives is certain.
     """
     step, variants = first_linearised_step(scene, shortest), variants_of(scene)
     best: tuple[Gradient, float] | None = None
@@ -198,7 +205,7 @@ def _with_names(scene: Scene, found: Gradient, variants: list[Variant], step: fl
 
 
 def first_linearised_step(scene: Scene, shortest: float) -> float:
-    """Return the first step for bonds whose strain stays above `shortest`."""
+    """Return the first time step for bonds whose strain is at least `shortest`."""
     line, bond = scene.line, scene.bond
     sharpest = scene.problem.fast_stiffness * max(
         1.0, float(bond.curvature(shortest)) / bond.stiffness
@@ -235,7 +242,7 @@ def _with(bond: Formula | NamedBond, name: str, value: float) -> tuple:
 
 
 def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
-    """Return the derivatives of eta of a collision, including derivatives by bond parameters."""
+    """Return the derivatives of eta for a traced collision, with those for the `variants`."""
     line, loops, parameters = traced.line, traced.loops, traced.parameters
     weights, before = _separation_by_velocity(line), line.separation(line.velocities)
     impulses, strength, rounding = np.zeros(len(variants)), 0.0, 0.0
@@ -252,7 +259,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
                 for bond in (variant.more, variant.less)
             )
             impulses[k] += (more - less) / variant.width
-        # Each stage of a step rounds each strain and velocity.
+        # Each stage of a step rounds all strains and velocities.
         rounded = np.append(strains * stretch.strain, velocities * stretch.velocity)
         stages = stretch.substeps.times.size * stretch.substeps.drifts.size
         rounding += stages * _ROUNDED * float(rounded @ rounded)
@@ -269,12 +276,12 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
     size = np.linalg.norm(strains) * np.linalg.norm(np.diff(line.velocities))
     size += np.linalg.norm(velocities) * np.linalg.norm(accelerations)
     velocities = velocities - 2.0 * eta / before * weights
-    if line.rigid:  # A wall does not move.
+    if line.rigid:  # A rigid wall does not move.
         velocities[: line.first] = 0.0
     finite = np.where(np.isinf(line.masses), 0.0, line.masses)
     scaled = np.concatenate((finite * masses, -0.5 * line.velocities * velocities))
     scale = np.linalg.norm(scaled)
-    # Both sums are 0 if nothing changes eta, as for two equal masses.
+    # Both sizes are 0 if nothing changes eta, for example with two equal masses.
     parts = ((np.sum(along), size), (np.sum(scaled), scale))
     residual = max(abs(failed) / of if of > 0.0 else 0.0 for failed, of in parts)
     return Gradient(
@@ -283,7 +290,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
 
 
 def _separation_by_velocity(line: Line) -> Array:
-    """Return the derivatives of the separation velocity by all velocities."""
+    """Return the derivatives of the separation velocity with respect to all velocities."""
     shares = np.zeros(len(line.masses))
     shares[line.first :] = line.chain_masses / np.sum(line.chain_masses)
     if not line.rigid:
@@ -292,7 +299,7 @@ def _separation_by_velocity(line: Line) -> Array:
 
 
 def _separation_by_mass(line: Line, velocities: Array) -> Array:
-    """Return the derivatives of the separation velocity by all masses."""
+    """Return the derivatives of the separation velocity with respect to all masses."""
     found = np.zeros(len(velocities))
     bodies = [(slice(line.first, None), 1.0)]
     if not line.rigid:

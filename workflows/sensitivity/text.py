@@ -1,4 +1,4 @@
-"""Write the derivatives of eta as text, as ``chaincor run --sensitivity`` prints them."""
+"""Write the derivatives of eta as text for ``chaincor run --sensitivity``."""
 
 import math
 
@@ -11,7 +11,7 @@ from chaincor.workflows.sensitivity.sensitivity import Sensitivity
 
 
 def describe_sensitivity(found: Sensitivity, scene: Scene) -> str:
-    """Describe how much eta changes if one quantity grows by 1 % and all others stay fixed."""
+    """Describe how much eta changes if one quantity increases by 1 % and all others stay fixed."""
     rows = [("speed", _of(found.velocity, scene.impact_velocity, "v0"))]
     bond = scene.bond
     values = bond.as_keys() if isinstance(bond, NamedBond) else dict(scene.parameters or {})

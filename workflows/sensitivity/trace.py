@@ -1,4 +1,4 @@
-"""Trace a collision as sections of steps that can be followed again, starting with the last."""
+"""Record a collision as sections of steps that can be repeated, from the last to the first."""
 
 import math
 from collections.abc import Iterator
@@ -18,35 +18,35 @@ from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity.loops import Loops, Substeps, Tape, loops_for
 
 SCHEME = "order8"
-# The force of a soft contact may begin as a fractional power of the time. Derivatives then have one
-# order less than eta, so the steps are shorter than in a collision.
+# The force of a soft contact may begin as a fractional power of time. The convergence order of
+# derivatives is then smaller by one than that of eta, so the steps are shorter than in a collision.
 GRADING, SHORTEST_SHARE = 0.25, 2.0**-14
-# The tape of a section has at most this many numbers, so that it fits into a cache. A motion has at
-# least the second number of sections, because the last section goes beyond the last contact.
+# The tape of a section has about TAPE numbers, so that it fits into a cache. A motion has at least
+# about LEAST_STRETCHES sections, because the last section continues beyond the last contact.
 TAPE, LEAST_STRETCHES = 2.0**19, 4.0
-# A small change of the input can remove a contact that is slower than this fraction of the impact
+# A small change in the input can remove a contact that is slower than this fraction of the impact
 # velocity.
 GRAZING = 1e-6
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Section of a motion: some of its steps."""
+    """Section of a motion, with some of its steps."""
 
-    #: Strains before the steps, along x, with the gap; of shape (N - 1,).
+    #: Strains before the steps, along x, including the gap, of shape (N - 1,).
     strain: Array
-    velocity: Array  #: Velocities before the steps; of shape (N,).
-    substeps: Substeps  #: Substeps of the steps.
+    velocity: Array  #: Velocities before the steps, of shape (N,).
+    substeps: Substeps  #: Substeps in the steps.
 
 
 @dataclass(frozen=True)
 class Trace:
-    """A collision from its start to right after its last contact."""
+    """Record of a collision from its start to right after its last contact."""
 
     line: Line  #: Bodies with their initial state.
-    loops: Loops  #: Loops of the bonds.
-    parameters: LineParameters  #: Parameters of the loops.
-    stretches: list[Stretch]  #: Stretches of the motion.
+    loops: Loops  #: Compiled loops for the bonds.
+    parameters: LineParameters  #: Parameters for the loops.
+    stretches: list[Stretch]  #: Sections of the motion.
 
     @cached_property
     def _room(self) -> Tape:
@@ -55,7 +55,11 @@ class Trace:
         return Tape(np.empty(shape), np.zeros((most, 3)), np.empty(shape))
 
     def follow(self, stretch: Stretch) -> tuple[Tape, Array, Array]:
-        """Return the tape of a section and its last state; the next call overwrites the tape."""
+        """
+        Return the tape and the last state of a section.
+
+        The next call overwrites the tape.
+        """
         strain, velocity = stretch.strain.copy(), stretch.velocity.copy()
         tape = Tape(*(each[: len(stretch.substeps.times)] for each in self._room))
         self.loops.follow(strain, velocity, stretch.substeps, tape, self.parameters)
@@ -69,7 +73,7 @@ class Trace:
         return tape, strain, velocity
 
     def backward(self) -> Iterator[tuple[Stretch, Tape, Array, Array]]:
-        """Yield the sections from the last to the first, with their tapes and last states."""
+        """Yield all sections from the last to the first, each with its tape and last state."""
         for stretch in reversed(self.stretches):
             check_time()
             yield stretch, *self.follow(stretch)
@@ -86,11 +90,11 @@ class Trace:
 
 def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     """
-    Follow a collision with a known number of contacts up to the last contact.
+    Record a collision, which has a known number of contacts, up to its last contact.
 
-    `step` is a whole step of the scheme, and `duration` is the time from the first contact to a
-    time after the last one. Raises SensitivityError if the number of contacts differs, or if the
-    loops cannot be compiled.
+    `step` is a whole step of the scheme. `duration` is the time from the first contact to some time
+    after the last one. Raise SensitivityError if the number of contacts differs, or if the loops
+    cannot be compiled.
     """
     line = scene.line
     if line.contact.damped:
@@ -109,8 +113,9 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     law, inverse = line.contact.parameters, line.inverse_masses.copy()
     parameters = LineParameters(loops.parameters, inverse, line.gap, law)
     drifts, kicks = stepper.scheme.fractions
-    # The stored states and the tape of a section have similar sizes. Each section costs calls, so a
-    # motion whose tape fits into a cache has few sections.
+    # The number of steps per section makes the stored states about as large as the tape of a
+    # section. Because each section costs function calls, sections are longer if the tape then still
+    # fits into a cache.
     wanted_steps = duration / step
     cached = min(TAPE / (2.0 * len(kicks) * len(line.strains)), wanted_steps / LEAST_STRETCHES)
     steps = 8 + math.ceil(max(math.sqrt(2.0 * wanted_steps / len(kicks)), cached))
@@ -146,7 +151,7 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
 
 
 def _advanced(moving: Motion, steps: int) -> tuple[Array, Array]:
-    """Take steps, and return each substep's duration and whether a contact ends it."""
+    """Take steps, and return the duration of each substep and whether a contact ends it."""
     stepper, run_state = moving.stepper, moving.run_state
     run_state["substeps"] = 0
     status = stepper.advance(run_state, moving.arrays, int(run_state["steps"]) + steps)
