@@ -1,4 +1,4 @@
-"""Compare LAMMPS with the reference engine, within error bars."""
+"""Compare LAMMPS with the reference engine in units of their error bars."""
 
 import math
 from collections.abc import Iterable
@@ -18,58 +18,58 @@ from chaincor.workflows.given import scene_given
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.result import Collision
 
-# The default step is this multiple of the fastest bond's 1/omega. The extremes between the ends of
-# steps can therefore exceed the longest and shortest bonds at the ends by little.
+# The default step is this multiple of the fastest bond's 1/omega. Bond lengths between steps can
+# therefore exceed the extremes at the ends of steps only by little.
 _USUAL_STEP = 0.4
 _ROUNDING = 1e-12
 
-# The tolerance of the reference run is this fraction of the tolerance, so that its error does not
-# limit the comparison.
+# The reference run has this fraction of the tolerance, so that its error does not limit the
+# comparison.
 SHARPER = 0.1
 SHARPEST = 1e-11
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Comparison of one quantity from two integrators."""
+    """Comparison of one quantity between two integrators."""
 
     quantity: str  #: Name of the quantity.
     #: Largest absolute difference, in the unit of the quantity; inf if the numbers of contacts
     #: differ.
     difference: float
-    allowed: float | None  #: Sum of both error bars; None if not judged.
+    allowed: float | None  #: Sum of both error bars; None if the quantity is not judged.
 
     @property
     def agrees(self) -> bool:
-        """Whether the difference is within the error bars."""
+        """Whether the difference is at most the sum of the error bars."""
         return self.allowed is None or bool(self.difference <= self.allowed)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the fields and the verdict; an infinite difference becomes None."""
+        """Return the fields and the verdict for JSON; an infinite difference becomes None."""
         return finite(asdict(self) | {"agrees": self.agrees})
 
 
-# A value in a headline has at most this many characters.
+# In a headline, a value has at most this many characters.
 _LONGEST = 30
 
 
 @dataclass(frozen=True, repr=False)
 class Validation:
     """
-    Comparison of one scene's collision by two integrators.
+    Comparison of a collision between two integrators.
 
     Attributes
     ----------
     scene : Scene
         The collision.
     subject, judge : str
-        Names of the judged integrator and of its judge.
+        Names of the judged integrator and of the integrator that judges it.
     restitution, judge_restitution : float
-        Eta of both.
+        Values of eta from both integrators.
     comparisons : tuple of Comparison
-        Comparisons of all quantities.
+        Comparisons of eta and other quantities.
     note : str or None
-        Known reason of a difference.
+        Known reason for a difference.
     """
 
     scene: Scene
@@ -90,7 +90,7 @@ class Validation:
         judge: Collision,
         others: Iterable[Comparison],
     ) -> Self:
-        """Return a validation that compares a restitution and other quantities."""
+        """Return a validation from two restitutions and comparisons of other quantities."""
         difference = abs(restitution - judge.restitution)
         allowed = error + (judge.restitution_error or 0.0)
         comparisons = (Comparison("restitution", difference, allowed), *others)
@@ -123,7 +123,7 @@ class Validation:
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the validation as plain values for JSON."""
+        """Return all results as plain values for JSON."""
         return {
             "potential": self.scene.label,
             "particles": self.scene.particles,
@@ -146,12 +146,12 @@ def _short(value: Any) -> str:
 
 
 def judge_for(scene: Scene, tolerance: float) -> Collision:
-    """Run the reference engine with a smaller tolerance than the judged result."""
+    """Run the reference engine with a smaller tolerance than that of the judged result."""
     return collide(judging_scene(scene.without(*OUTPUT_KEYS), SHARPER * tolerance))
 
 
 def judging_scene(scene: Scene, tolerance: float) -> Scene:
-    """Return the scene for the reference engine, with a tolerance that it can meet."""
+    """Return the scene for the reference engine, with a tolerance that this engine can meet."""
     fields = dict.fromkeys(NUMERICS_KEYS)
     return scene.replace(engine="reference", tolerance=max(tolerance, SHARPEST), **fields)
 
@@ -163,9 +163,9 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     Parameters
     ----------
     scene : Scene
-        The collision. LAMMPS uses its explicit numerics, if there are any.
+        The collision. If the scene has explicit numerics, LAMMPS uses them.
     tolerance : float, optional
-        Tolerance of LAMMPS's eta; by default the scene's tolerance, or 1e-6.
+        Tolerance for LAMMPS's eta; by default the scene's tolerance, or 1e-6.
 
     Returns
     -------
@@ -194,9 +194,9 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
         strain = max(abs(length - scene.bond.natural_length) for length in lengths)
         allowed: float | None = _unseen_share(scene, subject, judge) * strain + _ROUNDING
         if name == "bond_max" and hard_sphere.SCHEME in (subject.scheme, judge.scheme):
-            allowed = None  # Hard spheres have no largest distance.
+            allowed = None  # Hard spheres have no largest bond length.
         if subject.contacts != judge.contacts:
-            allowed = None  # Both ranges end at different contacts, so they are not compared.
+            allowed = None  # The ranges are not compared, because they end at different contacts.
         comparisons.append(Comparison(name, abs(lengths[0] - lengths[1]), allowed))
     names = ["contact_times", "contact_speeds", "velocities", "mode_energies"]
     if scene.target_particles is not None:
@@ -214,10 +214,11 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
 
 def compare_contacts(count: int, judge: Collision, *subjects: Collision) -> Comparison:
     """
-    Compare numbers of contacts, which must be equal.
+    Compare the numbers of contacts, which must be equal.
 
-    The numbers are not judged if the end is open, because the error bar of the restitution then
-    covers a late contact, or if the runs of one result differ in their numbers of contacts.
+    The numbers are not judged in two cases: if the end of the collision is open, because the error
+    bar of the restitution then covers a late contact, or if the runs behind one result differ in
+    their numbers of contacts.
     """
     results = (judge, *subjects)
     judged = all(r.ending != "open" and not _hinges_on_contacts(r) for r in results)
@@ -226,11 +227,11 @@ def compare_contacts(count: int, judge: Collision, *subjects: Collision) -> Comp
 
 def _unseen_share(scene: Scene, *results: Collision) -> float:
     """
-    Return how much a strain between steps can exceed the strains at their ends, as a fraction.
+    Return by which fraction a strain between steps can exceed the strains at their ends.
 
-    The highest frequency of the chain is twice the frequency of a bond of the lightest mass. An
-    extreme between two times H apart therefore exceeds both values by a fraction of at most 1 -
-    cos(H).
+    The highest frequency of the chain is twice the frequency of a bond with the lightest mass.
+    Between two times that are H apart, an extreme therefore exceeds both values by at most the
+    fraction 1 - cos(H).
     """
     steps = [
         r.timestep * scene.problem.fast_stiffness**0.5 for r in results if r.timestep is not None
@@ -239,7 +240,7 @@ def _unseen_share(scene: Scene, *results: Collision) -> float:
 
 
 def _hinges_on_contacts(result: Collision) -> bool:
-    """Return whether runs of one result differ in contacts, so that agreement would be chance."""
+    """Return whether agreement would be chance, because the runs behind a result differ in contacts."""
     return math.isinf(result.details.get("spread", {}).get("contact_times", 0.0))
 
 

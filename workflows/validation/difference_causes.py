@@ -1,4 +1,4 @@
-"""Find the cause of a difference from the reference engine, by runs with usual mistakes."""
+"""Find why a result differs from the reference engine's, by runs with usual mistakes."""
 
 import math
 from collections.abc import Iterator
@@ -13,23 +13,24 @@ from chaincor.workflows.errors import ChaincorError
 from chaincor.workflows.result import Collision
 from chaincor.workflows.validation.comparison import judging_scene
 
-# A cause is accepted if the difference left without it is less than the first fraction of the
-# difference, and less than the second number or the third number of error bars.
+# A mistake is accepted as the cause if it leaves a difference of at most the fraction _LEFT of the
+# original difference and at most _MOST_LEFT. A difference of at most _BARS error bars is also
+# accepted.
 _LEFT, _MOST_LEFT, _BARS = 0.02, 2e-3, 2.0
-# The bond of an LJ potential with energy scale 1 is this many times stiffer than the chain's.
+# If the energy scale of an LJ potential is 1, the bond is this many times stiffer than the chain's.
 _LJ_STIFFNESS = 72.0
-# Larger chains get no additional reference runs.
+# For larger chains, no additional reference runs are made.
 _MOST_PARTICLES = 2000
 _BODIES = ("particles", "masses", "target_particles", "target_masses")
 
 
 class _Change(NamedTuple):
-    """Mistake of an integrator, as a change of the scene."""
+    """Mistake of an integrator, which acts like a change of the scene."""
 
     said: str  #: Description of the mistake.
     remedy: str
-    scene: Scene  #: Scene that the integrator solves instead.
-    velocity: float  #: Impact velocity of the chain in its own units.
+    scene: Scene  #: Scene that the integrator solves because of the mistake.
+    velocity: float  #: Impact velocity that the mistaken integrator uses.
 
 
 def find_cause(
@@ -41,11 +42,11 @@ def find_cause(
     contacts: int | None = None,
 ) -> str | None:
     """
-    Return the known mistake that explains a restitution unlike the reference engine's, or None.
+    Return the known mistake that explains a difference in restitution, or None.
 
-    `velocities` are the final velocities of a user's integrator, which gave the restitution.
-    Without them, the restitution itself is the result of the run. `allowed` is the sum of both
-    error bars.
+    `judge` is the result of the reference engine, and `restitution` is the judged result.
+    `velocities` are the final velocities from which a user's integrator got the restitution, if
+    they are known. `allowed` is the sum of both error bars.
     """
     difference = abs(restitution - judge.restitution)
     if velocities is not None and _moves_on(scene, velocities):
@@ -76,21 +77,21 @@ def find_cause(
 
 
 def _moves_on(scene: Scene, velocities: Array) -> bool:
-    """Return whether the centre of mass of a chain still approaches a rigid wall."""
+    """Return whether the chain's centre of mass still approaches a rigid wall."""
     if scene.target_particles is not None:
         return False
     return bool(scene.line.separation(np.concatenate(([0.0], velocities))) < 0.0)
 
 
 def _restitution_of(change: _Change, velocities: Array) -> float:
-    """Return the restitution that the velocities give in the scene of the mistake."""
+    """Return the restitution from the velocities, if the scene is the one with the mistake."""
     line = change.scene.line
     speed = line.separation(np.concatenate((np.zeros(line.first), velocities)))
     return (speed / change.velocity) ** 2
 
 
 def _changes(scene: Scene) -> Iterator[_Change]:
-    """Yield the scenes that common mistakes would solve instead."""
+    """Yield common mistakes, each with the scene that an integrator then solves."""
     plain = scene.without("masses", "target_masses")
     if scene.masses is not None or scene.target_masses is not None:
         said = "the masses are ignored, and all particles are equal"

@@ -1,4 +1,4 @@
-"""Draw the differences of a validation in units of their error bars."""
+"""Draw the differences in validations in units of the error bars."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,11 +12,12 @@ from chaincor.workflows.validation.comparison import Validation
 
 
 def save_validation_plot(results: Sequence[Validation], path: Path) -> None:
-    """Draw ``|difference| / (sum of error bars)`` of each scene; the suffix sets the format."""
+    """Draw ``|difference| / (sum of error bars)`` for each scene; the suffix sets the format."""
     ratios: dict[str, list[float]] = {}
     for k, result in enumerate(results):
         for comparison in result.comparisons:
-            # A number of contacts has no error bar and is not drawn. The verdict includes it.
+            # The number of contacts has no error bar, so it is not drawn. The verdict takes it into
+            # account.
             if not comparison.allowed:
                 continue
             row = ratios.setdefault(comparison.quantity, [np.nan] * len(results))

@@ -7,7 +7,7 @@ from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
 _GRID_SIZES = (2, 10, 50)
 _GRID_SPEEDS = (0.01, 0.1, 0.4, 1.0)
 
-# These scenes have other bodies: masses, free targets, soft contacts, compressed or warm chains.
+# Scenes with other bodies: masses, free targets, soft contacts, compressed or warm chains.
 _GRID_BODIES: tuple[dict[str, Any], ...] = (
     {"potential": "harmonic", "velocity": 0.1, "masses": (2.0, 1.0)},
     {"potential": "lj", "speed": 0.3, "masses": (1.0, 3.0, 1.0)},
@@ -25,10 +25,11 @@ _GRID_BODIES: tuple[dict[str, Any], ...] = (
 
 def grid_around(scene: Scene, bodies: bool = True) -> list[Scene]:
     """
-    Return harmonic chains at one velocity and the named anharmonic ones at several speeds.
+    Return scenes of harmonic chains at one velocity and of anharmonic chains at several speeds.
 
-    `bodies` adds scenes of masses, free targets, soft contacts, compressed and warm chains, if the
-    numerics allow them. Engine, tolerance and explicit numerics come from the scene.
+    If `bodies` is true and the numerics allow it, scenes with masses, free targets, soft contacts,
+    and compressed or warm chains are added. Engine, tolerance and explicit numerics come from
+    `scene`.
     """
     fields = {
         name: getattr(scene, name)
@@ -36,7 +37,7 @@ def grid_around(scene: Scene, bodies: bool = True) -> list[Scene]:
         if getattr(scene, name) is not None
     }
     chains: list[dict[str, Any]] = [{"potential": "harmonic", "velocity": 0.1}]
-    tables = {"table": None, "table_points": None}  # LAMMPS needs no table for harmonic bonds.
+    tables = {"table": None, "table_points": None}  # For harmonic bonds, LAMMPS needs no table.
     chains += [
         {"potential": potential, "speed": speed}
         for potential in ("lj", "toda", "log")

@@ -1,4 +1,4 @@
-"""Read a user's LAMMPS result: a job's folder, a dump, or a log with the restitution."""
+"""Read a user's LAMMPS result from the folder of a job, a dump, or a log with the restitution."""
 
 import math
 import re
@@ -28,28 +28,32 @@ _HEADS = (b"LAMMPS (", b"Log of LAMMPS")
 # A finished log ends with one of these lines.
 _ENDED = re.compile(r"^(Total wall time: .*|quit|log\s.*)$", re.MULTILINE)
 _ATOMS = re.compile(r"^\s*(?:Created )?(\d+) atoms$", re.MULTILINE)
-# Jobs of chaincor print their error last, so their restitution alone is no finished result.
+# Jobs of chaincor print the error of the restitution last. A log without this error is unfinished.
 _JOB = re.compile(r"^variable +(restitution|step_error) string ", re.MULTILINE)
 
 
 @dataclass(frozen=True)
 class LammpsResult:
-    """Result of a LAMMPS run that chaincor did not start."""
+    """Result of a LAMMPS run that was not started by chaincor."""
 
-    source: str  #: Place of the result.
-    #: Scene from ``scene.toml`` beside the result, or from its other files; None if unknown.
+    source: str  #: File or folder of the result, for messages.
+    #: Scene, from ``scene.toml`` beside the result or from other files of the run; None if unknown.
     scene: Scene | None
-    restitution: float  #: Eta.
+    restitution: float  #: Restitution eta.
     restitution_error: float | None  #: Error of eta; None if unknown.
-    contacts: int | None  #: Number of contacts, if known.
-    data_error: float = 0.0  #: Error of eta from the digits of a dump.
-    particles: int | None = None  #: Number in both bodies, if known.
+    contacts: int | None  #: Number of contacts; None if unknown.
+    data_error: float = 0.0  #: Error of eta due to the number of digits in a dump.
+    particles: int | None = None  #: Number of particles in both bodies; None if unknown.
     stock_wall: bool = False  #: Whether the run had LAMMPS's ``fix wall/reflect``.
-    timestep: float | None = None  #: Time step in the chain's units.
+    timestep: float | None = None  #: Time step in units of the chain.
 
 
 def is_lammps_result(against: str | None) -> bool:
-    """Return whether ``--against`` names a folder or a file other than CSV, NPZ and a module."""
+    """
+    Return whether ``--against`` names a LAMMPS result.
+
+    It does if it names a folder, or a file that is neither CSV, NPZ nor a module.
+    """
     if against is None:
         return False
     path = Path(against)
@@ -58,12 +62,12 @@ def is_lammps_result(against: str | None) -> bool:
 
 def read_lammps_result(path: Path | str) -> LammpsResult:
     """
-    Read a job's folder, a dump, or a log.
+    Read a LAMMPS result from the folder of a job, a dump, or a log.
 
-    The dump in a folder is analysed as in ``chaincor analyze``. A folder without a dump must
-    contain ``log.lammps``. A log must come from a single finished run with a line ``restitution =
-    NUMBER``; ``restitution_error`` and ``contacts`` are optional. Raises InputError if there is no
-    such result.
+    A dump is analysed as by ``chaincor analyze``. If a folder has no dump, it must contain
+    ``log.lammps``. A log must come from a single finished run, and have a line ``restitution =
+    NUMBER``. Lines with ``restitution_error`` and ``contacts`` are optional. Raise InputError if
+    there is no such result.
     """
     path = Path(path)
     folder = path if path.is_dir() else path.parent
@@ -93,7 +97,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
 
 
 def _scene_of_analysis(analysis: CollisionAnalysis) -> Scene | None:
-    """Return the scene of a run, if its script shows that the bonds are springs."""
+    """Return the scene of a run if its script shows that the bonds are harmonic springs."""
     if analysis.bond is None or not analysis.bond.is_harmonic or analysis.target is not None:
         return None
     alike = are_equal(analysis.masses)
@@ -110,9 +114,9 @@ def validate_result(scene: Scene, found: LammpsResult) -> Validation:
     """
     Compare a user's LAMMPS result with the reference engine.
 
-    For a result without an error bar, the allowed difference of eta is the larger of the scene's
-    tolerance (default 1e-6) and the error from the digits of the dump. Raises InputError if the
-    numbers of particles differ.
+    If the result has no error bar, the allowed difference in eta is the larger of two numbers: the
+    scene's tolerance (by default 1e-6), and the error due to the digits of the dump. Raise
+    InputError if the numbers of particles differ.
     """
     if found.particles not in (None, scene.problem.all_particles):
         raise InputError(
@@ -139,7 +143,7 @@ def validate_result(scene: Scene, found: LammpsResult) -> Validation:
 
 
 def _of_stock_wall(scene: Scene, found: LammpsResult, difference: float) -> str | None:
-    """Describe whether the error of the stock wall at a run's step explains a difference."""
+    """Describe whether the stock wall, at the time step of a run, explains a difference."""
     if not found.stock_wall:
         return None
     usual = "the run used fix wall/reflect, whose error is of first order in the step"
@@ -165,7 +169,7 @@ def _has_dump(folder: Path) -> bool:
 
 
 def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
-    """Return the result in a log, or None if the file is no log."""
+    """Return the result in a log; None if the file is no log."""
     try:
         with path.open("rb") as file:
             head = file.read(200)
@@ -192,7 +196,7 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
 
 
 def _fault(text: str, whole: bool) -> str | None:
-    """Return why a log has no result, or None; `whole` says whether the log has its head."""
+    """Return why a log has no result, or None; `whole` means that the log has its first lines."""
     said = printed_values(text, "restitution")
     values = [value for value in said if value is not None and math.isfinite(value)]
     if not said or said[-1] not in values:
@@ -201,7 +205,7 @@ def _fault(text: str, whole: bool) -> str | None:
             "dump of the run"
         )
     if len(set(values)) > 1:
-        # If a log has several results, none can be preferred.
+        # If a log has several results, the intended one is unknown.
         return (
             f"holds {len(values)} lines 'restitution = NUMBER', from {min(values):g} to "
             f"{max(values):g}. Write the log of each run into a file of its own"

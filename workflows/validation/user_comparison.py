@@ -1,4 +1,4 @@
-"""Compare a user's integrator with the reference engine, and fit the order of its error."""
+"""Compare a user's integrator with the reference engine, and fit its convergence order."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -27,9 +27,10 @@ from chaincor.workflows.validation.user_integrator import (
 )
 
 RUNGS = 6
-# If half the step reduces a difference below this fraction of it, the step causes the difference.
+# If half the time step reduces a difference to less than this fraction, the step causes the
+# difference.
 _FALLS = 0.7
-# Steps within a percent of each rung show whether the error is irregular or smooth.
+# Additional runs at steps within a percent show whether the error depends smoothly on the step.
 NEARBY = (1.0, 0.9937, 1.0071, 0.9862, 1.0123)
 
 
@@ -40,9 +41,9 @@ def validate_user(
     Compare a user's integrator with the reference engine.
 
     `against` is ``module:function`` or a file, see
-    :mod:`chaincor.workflows.validation.user_integrator`; the function may take `timeout` seconds.
-    `tolerance`, by default the scene's or 1e-6, is the allowed difference of eta, because the
-    user's integrator has no error bar.
+    :mod:`chaincor.workflows.validation.user_integrator`. The function may take `timeout` seconds.
+    The user's integrator has no error bar, so `tolerance` is the allowed difference in eta. By
+    default, it is the scene's tolerance or 1e-6.
     """
     scene = scene_given(scene)
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
@@ -62,7 +63,7 @@ def validate_user(
 
 
 def _of_step(scene: Scene, against: str, timeout: float, difference: float) -> str | None:
-    """Return a sentence that the step causes a difference, if half the step reduces it."""
+    """Return a sentence if the time step causes a difference, because half the step reduces it."""
     assert scene.timestep is not None
     finer = scene.replace(timestep=0.5 * scene.timestep)
     user = run_user_integrator(against, finer, timeout)
@@ -78,9 +79,9 @@ def _of_step(scene: Scene, against: str, timeout: float, difference: float) -> s
 
 def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
     """
-    Compare the user's arrays.
+    Compare the arrays that the user's integrator returned.
 
-    Only the number of contacts, which must be equal, is judged.
+    Only the number of contacts is judged; it must be equal.
     """
     line = scene.line
 
@@ -108,7 +109,7 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
 
 
 def _restitution_of(user: UserOutcome, scene: Scene) -> float:
-    """Return eta, with a negative sign if the bodies still approach."""
+    """Return eta from final velocities; it is negative if the bodies still approach each other."""
     target = np.zeros(1) if user.target_velocities is None else user.target_velocities[::-1]
     e = scene.line.separation(np.concatenate((target, user.velocities))) / scene.impact_velocity
     return e * abs(e)
@@ -116,18 +117,19 @@ def _restitution_of(user: UserOutcome, scene: Scene) -> float:
 
 @dataclass(frozen=True, repr=False)
 class UserLadder:
-    """Results of a user's integrator at successively halved steps."""
+    """Results of a user's integrator at time steps that are halved several times."""
 
-    against: str  #: The function.
-    steps: tuple[float, ...]  #: Steps of the rungs, each half of the one before.
-    errors: tuple[float, ...]  #: Largest difference of eta from the reference engine, by rung.
-    #: eta of the reference engine.
+    against: str  #: Name of the user's function.
+    steps: tuple[float, ...]  #: Time steps, each of them half the previous one.
+    #: Largest difference between eta and the reference engine's result, for each step.
+    errors: tuple[float, ...]
+    #: Result of the reference engine for eta.
     judge_restitution: float
-    judge_error: float  #: Its error bar.
-    verdict: LadderVerdict  #: Order and kind of the error.
+    judge_error: float  #: Error bar of the reference engine's result.
+    verdict: LadderVerdict  #: Convergence order and kind of the error.
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the ladder as plain values for JSON."""
+        """Return all results as plain values for JSON."""
         return {
             "verdict": self.verdict.kind,
             **{name: getattr(self.verdict, name) for name in ("reason", "order", "order_error")},
@@ -154,10 +156,10 @@ class UserLadder:
 
 def climb_ladder(scene: Scene, against: str, timeout: float) -> UserLadder:
     """
-    Run a user's function at the scene's step and at 5 successive halvings.
+    Run a user's function at the scene's time step and at 5 smaller steps, halved each time.
 
-    The function reads ``scene.timestep``. Raises InputError if the scene has no step, or if the
-    function gives the same result at all steps.
+    The function must read ``scene.timestep``. Raise InputError if the scene has no time step, or if
+    the function returns the same result at all steps.
     """
     if scene.timestep is None:
         raise InputError(

@@ -19,7 +19,7 @@ from chaincor.lammps_inputs.small_file import refuse_device
 from chaincor.workflows.campaign.pool import ProcessPool, sent
 from chaincor.workflows.errors import ChaincorError, RunError, WorkerDiedError
 
-# A user's function may take this many seconds by default.
+# By default, a user's function may take this many seconds.
 USER_TIMEOUT = 600.0
 
 
@@ -31,16 +31,20 @@ class UserIntegratorError(RunError):
 class UserOutcome:
     """Result of a user's integrator."""
 
-    velocities: Array  #: Velocities after the last contact, which give eta; of shape (n,).
-    #: Displacements right after the last contact, if given, for mode energies; of shape (n,).
+    #: Velocities after the last contact, from which eta is computed, of shape (n,).
+    velocities: Array
+    #: Displacements right after the last contact, for mode energies, of shape (n,); None if not
+    #: given.
     displacements: Array | None = None
-    #: Times of contacts since the first one, which is included, if given; of shape (contacts,).
+    #: Times of all contacts, counted from the first contact, of shape (contacts,); None if not
+    #: given.
     contact_times: Array | None = None
-    contact_speeds: Array | None = None  #: Speeds of contacts, if given; of shape (contacts,).
-    #: Velocities of a free target along x, from the contact outward; None for a wall; of shape
-    #: (M,).
+    #: Speeds of all contacts, of shape (contacts,); None if not given.
+    contact_speeds: Array | None = None
+    #: Velocities of a free target along x, from the contact outward, of shape (M,); None for a
+    #: wall.
     target_velocities: Array | None = None
-    #: Displacements of the target, if given; of shape (M,).
+    #: Displacements of the target, of shape (M,); None if not given.
     target_displacements: Array | None = None
 
 
@@ -51,18 +55,20 @@ def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutco
     """
     Call ``module:function`` with the scene, or read a CSV or NPZ file.
 
-    The function runs in a separate process. It gets a :class:`~chaincor.lammps_inputs.scene.Scene`,
-    with its `velocity` in absolute units in place of a `speed`, and returns the final velocities
-    (array of shape (n,)), or a mapping with the key ``velocities`` and optionally
-    ``displacements``, ``contact_times`` and ``contact_speeds``. Masses, a target, a soft contact
-    and the state at the start are in ``scene.line`` (a :class:`~chaincor.lammps_inputs.line.Line`);
-    for a free target the mapping must have ``target_velocities`` and may have
-    ``target_displacements``. A path that ends in .csv or .npz is read. Shape and finiteness of the
-    result are checked.
+    The function runs in a separate process. Its argument is a
+    :class:`~chaincor.lammps_inputs.scene.Scene`. This scene has a `velocity` in absolute units
+    instead of a `speed`. Masses, a target, a soft contact and the initial state are in
+    ``scene.line`` (a :class:`~chaincor.lammps_inputs.line.Line`).
 
-    Raises InputError if there is no such function or file, or its module cannot be imported, and
-    UserIntegratorError if it raises, takes longer than `timeout` seconds, dies, or returns
-    something else.
+    The function returns the final velocities (array of shape (n,)), or a mapping with the key
+    ``velocities`` and optionally ``displacements``, ``contact_times`` and ``contact_speeds``. For a
+    free target, the mapping must have ``target_velocities`` and may have ``target_displacements``.
+    If a path ends in .csv or .npz, the result is read from this file. Results must be finite and
+    have the right shape.
+
+    Raise InputError if the function or the file does not exist, or if the module cannot be
+    imported. Raise UserIntegratorError if the function raises an error, takes longer than `timeout`
+    seconds, dies, or returns anything else.
     """
     if against.lower().endswith((".csv", ".npz")):
         return _checked(against, _read_file(Path(against)), scene)
@@ -105,7 +111,7 @@ def _work(module: str, function: str, scene: Scene, folder: str) -> dict[str, An
     """
     Run the user's function in the child process.
 
-    The user's module is searched first in the current folder.
+    The user's module is searched in the current folder first.
     """
     sys.path.insert(0, folder)
     try:
@@ -115,7 +121,7 @@ def _work(module: str, function: str, scene: Scene, folder: str) -> dict[str, An
             f"cannot find {module}:{function}: {one_line(error)[:200]}. Give a function of "
             "a module on the Python path or in this folder"
         )
-    except (Exception, SystemExit) as error:  # Importing a module can raise any error.
+    except (Exception, SystemExit) as error:  # The import of a user's module can raise any error.
         return InputError(
             f"cannot import {module}: {_with_line(error, module)}. Correct the module, and "
             f"define the function {function} in it"
@@ -127,7 +133,7 @@ def _work(module: str, function: str, scene: Scene, folder: str) -> dict[str, An
 
 
 def _with_line(error: BaseException, module: str) -> str:
-    """Return an error in one line, with the line of the user's module that raised it."""
+    """Describe an error in one line, with the line of the user's module that raised it."""
     said = f"{type(error).__name__}: {one_line(error)[:200]}"
     if isinstance(error, SyntaxError):
         return said
@@ -139,14 +145,14 @@ def _with_line(error: BaseException, module: str) -> str:
 
 
 def _with_velocity(scene: Scene) -> Scene:
-    """Return a scene with `velocity` in place of `speed`, if it has a single velocity."""
+    """Return a scene with `velocity` instead of `speed`, if the scene has a single velocity."""
     if scene.velocity is not None or scene.problem.comes_moving:
         return scene
     return scene.replace(speed=None, velocity=scene.impact_velocity)
 
 
 def _plain(value: Any) -> dict[str, Any]:
-    """Return plain values, which the parent process can unpickle without the user's code."""
+    """Convert a result to plain values, which can be unpickled without the user's code."""
     if isinstance(value, Mapping):
         return {
             str(key): np.asarray(inner, dtype=float).tolist()
@@ -169,7 +175,7 @@ def _read_file(path: Path) -> dict[str, Any]:
         raise InputError(
             f"cannot read {str(path)!r} ({reason}). Give a readable CSV or NPZ file"
         ) from None
-    except Exception as error:  # A damaged archive can raise many errors of zipfile and zlib.
+    except Exception as error:  # A damaged archive can raise many errors from zipfile and zlib.
         raise InputError(
             f"cannot read {str(path)!r} ({type(error).__name__}). Give a readable CSV or NPZ file"
         ) from None
