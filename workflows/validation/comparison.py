@@ -240,7 +240,7 @@ def _unseen_share(scene: Scene, *results: Collision) -> float:
 
 
 def _hinges_on_contacts(result: Collision) -> bool:
-    """Return whether agreement would be chance, because the runs behind a result differ in contacts."""
+    """Return whether agreement would be chance because a result's own runs differ in contacts."""
     return math.isinf(result.details.get("spread", {}).get("contact_times", 0.0))
 
 
