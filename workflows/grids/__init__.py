@@ -1,1 +1,1 @@
-"""Grids of LAMMPS jobs: a folder for each point of a sweep, and their collected results."""
+"""Write grids of LAMMPS jobs, one folder for each point of a sweep, and collect their results."""

@@ -1,4 +1,4 @@
-"""Collection of the results of a grid of jobs from their logs."""
+"""Collect the results of a grid of jobs from their logs."""
 
 import csv
 import math
@@ -23,7 +23,7 @@ _NAMES = (
     *("restitution", "restitution_error", "contacts", "last_contact_time"),
     *("momentum_change", "wall_impulse"),
 )
-# Largest count that a store and a float represent exactly.
+# Largest count that both a store and a float represent exactly.
 _MOST_CONTACTS = 2**53
 _WALL_TIME = re.compile(r"^Total wall time: (\d+):(\d+):(\d+)", re.MULTILINE)
 
@@ -34,22 +34,22 @@ class JobError(Exception):
 
 @dataclass(frozen=True)
 class CollectedJob:
-    """State of one job of a grid, from its logs."""
+    """State of one job in a grid, as its logs show it."""
 
-    folder: str  #: Name of the folder.
-    #: ``done``; ``failed``, with LAMMPS's message; ``unfinished``: the job was stopped;
-    #: ``missing``: it never began; ``refused``: no job could be written.
+    folder: str  #: Name of the job's folder.
+    #: ``done``; ``failed``: LAMMPS stopped with an error message; ``unfinished``: the job was
+    #: stopped; ``missing``: the job never began; ``refused``: no job could be written.
     state: str
     words: str  #: Explanation in one line.
     scene: Scene | None = None  #: Requested scene; None if the job never ran.
-    row: Row | None = None  #: Row of the result or failure.
+    row: Row | None = None  #: Row for a store, with the result or the failure; None without either.
 
 
 def collect_grid(folder: Path) -> list[CollectedJob]:
     """
     Read the logs of a grid of jobs.
 
-    Raises InputError if the folder has no manifest.
+    Raise InputError if the folder has no manifest.
     """
     try:
         rows = list(csv.DictReader(read_small_file(folder / MANIFEST).splitlines(keepends=True)))
@@ -67,7 +67,7 @@ def collect_grid(folder: Path) -> list[CollectedJob]:
 
 
 def _check_row(grid: Path, number: int, row: dict[Any, Any]) -> None:
-    """Raise InputError for a row of a manifest that is too short, too long, or names no folder."""
+    """Raise InputError if a row in a manifest is too short, is too long, or names no folder."""
     name = row["folder"]
     wrong = None
     if None in row or None in row.values():
@@ -113,7 +113,7 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
 
 
 def _missing(found: dict[str, float]) -> str | None:
-    """Return why the numbers of a log are no result; None if they are one."""
+    """Return why the numbers in a log form no valid result; None if they do."""
     eta, error = found["restitution"], found["restitution_error"]
     if not 0.0 <= eta < math.inf or error < 0.0:
         return (
@@ -135,7 +135,7 @@ def _missing(found: dict[str, float]) -> str | None:
 
 
 def _of_another_run(log: str, as_run: Scene, script: str) -> str | None:
-    """Return why a log may belong to another scene; None if it proves its scene."""
+    """Return why a log may belong to another scene; None if it proves that it does not."""
     named = re.findall(r"^scene = (\S+)", log, re.MULTILINE)
     if not named and _shows_script(log, script):
         return None
@@ -148,9 +148,9 @@ def _of_another_run(log: str, as_run: Scene, script: str) -> str | None:
 
 def _shows_script(log: str, script: str) -> bool:
     """
-    Return whether a log echoes the velocity and the step of a script, and no other velocity.
+    Return whether a log echoes the velocity and the time step in a script, and no other velocity.
 
-    Jobs of chaincor 0.1 do not print the hash of their scene. Their logs echo the script.
+    Jobs of chaincor 0.1 do not print the hash of their scene, but their logs echo the script.
     """
     own = re.findall(r"^variable\s+(?:velocity|timestep) index \S+|^# A chain .*", script, re.M)
     speed = re.search(r"^variable\s+velocity index (\S+)", script, re.M)
@@ -160,7 +160,11 @@ def _shows_script(log: str, script: str) -> bool:
 
 
 def _text(path: Path) -> str:
-    """Return the text of a file, empty without one; raises ValueError if it may never end."""
+    """
+    Return the text of a file; empty if the file is missing.
+
+    Raise ValueError if the file may never end, such as a pipe.
+    """
     try:
         refuse_endless(path)
         return path.read_text(encoding="utf-8", errors="replace")
@@ -173,7 +177,7 @@ def _text(path: Path) -> str:
 def _row(
     asked: Scene, as_run: Scene, found: dict[str, float], log: str, known: dict[str, str]
 ) -> Row:
-    """Make a store row from a log; columns without a value in the log stay empty."""
+    """Return a row for a store from a log; columns without a value in the log are empty."""
     numerics, tolerance = Numerics.from_scene(as_run), asked.asked_tolerance
     error = None if math.isnan(found["restitution_error"]) else found["restitution_error"]
     met = None if tolerance is None or error is None else error <= tolerance

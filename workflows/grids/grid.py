@@ -1,4 +1,4 @@
-"""A folder for each point of a sweep, a manifest, and a script that submits them all."""
+"""Write a job for each point of a sweep, a manifest, and a script that submits all jobs."""
 
 import csv
 import io
@@ -26,17 +26,17 @@ from chaincor.workflows.grids.submission import BY_BASH, Submission
 from chaincor.workflows.job import job_files
 
 MANIFEST = "manifest.csv"
-# File of the requested scene, beside the scene with the chosen numerics.
+# File with the requested scene. Another file has the scene with the chosen numerics.
 ASKED = "asked.toml"
 _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-")
 _LONGEST_NAME = 100
-# Folder of the bond tables, which several jobs read.
+# Folder for the bond tables, which several jobs share.
 TABLES = "tables"
-# Jobs that a process makes at a time. Processes make the jobs of larger grids only: a process needs
-# a second to start, and 15 ms for a job.
+# Number of jobs that a process creates at a time. Processes are used only for grids with at least
+# _LEAST_FOR_PROCESSES jobs, because a process needs a second to start but only 15 ms for a job.
 _PART = 32
 _LEAST_FOR_PROCESSES = 128
-# Files of a job that was run, and of a job with a table of its own.
+# Files that an earlier run of the job, or a job with its own table, may have left.
 _OLD = ("log.lammps", "log.motion", "screen.txt", "chain.restart", "chain.state", TABLE_FILE)
 
 
@@ -50,13 +50,13 @@ def write_grid(
     wishes: JobWishes = NO_WISHES,
 ) -> dict[str, str]:
     """
-    Write a job for each scene, a manifest and a script that runs them.
+    Write a job for each scene, a manifest, and a script that runs the jobs.
 
-    `axes` are the fields that differ between points. Points without a job are in the manifest with
-    the reason. The manifest is written last, so a folder without one is no grid. Jobs are
-    restartable and have guards, whatever the `wishes`. Bond tables are in one folder, and similar
-    jobs share them. Returns for each folder the reason why it has no job, empty if it has one.
-    Raises InputError if there is a grid already or the folder cannot be written.
+    `axes` are the fields in which the points differ. If a point has no job, the manifest gives the
+    reason. The manifest is written last, so a folder without a manifest is no complete grid.
+    Whatever the `wishes`, jobs are restartable and have guards. Bond tables are in one folder,
+    where similar jobs share them. Return, for each folder, the reason why it has no job; the reason
+    is empty if it has one. Raise InputError if the folder has a grid already or cannot be written.
     """
     scenes = list(scenes)
     if any(scene.bond.only_pushes for scene in scenes):
@@ -102,7 +102,7 @@ def write_grid(
 
 @contextmanager
 def _written_whole(folder: Path) -> Iterator[None]:
-    """Make the folder of a grid, and remove it if the grid cannot be written."""
+    """Create the folder of a grid, and remove it if the grid cannot be written."""
     try:
         with made_folder(folder, whole=True):
             yield
@@ -113,7 +113,7 @@ def _written_whole(folder: Path) -> Iterator[None]:
 
 
 class SharedTables:
-    """Folder of the bond tables of a grid; equal tables are written once."""
+    """Folder for the bond tables of a grid; equal tables are written once."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -123,8 +123,8 @@ class SharedTables:
         """
         Move the table of a job into the folder, and return the other files.
 
-        The script then reads the shared table. A table that a user's template reads by other words
-        stays in the job.
+        The script then reads the shared table. If a user's template refers to the table in another
+        way, the table stays in the job.
         """
         script, quoted = files[SCRIPT_FILE], f'"./{TABLE_FILE}"'
         if TABLE_FILE not in files or script.count(TABLE_FILE) != script.count(quoted):
@@ -142,15 +142,15 @@ class SharedTables:
 
 
 class _Job(NamedTuple):
-    """Files of the job of a point, or the reason why it has none."""
+    """Files of a point's job, or the reason why the point has no job."""
 
-    files: dict[str, str]  #: Contents by name; empty without a job.
+    files: dict[str, str]  #: Contents of the files by name; empty without a job.
     refusal: str  #: Reason why there is no job; empty if there is one.
     doubts: list[str]  #: Warnings about the job.
 
 
 def _make_jobs(scenes: Sequence[Scene], wishes: JobWishes) -> Iterator[_Job]:
-    """Yield the job of each scene; worker processes make the jobs if there are many."""
+    """Yield the job for each scene; worker processes create the jobs if there are many."""
     parts = [scenes[k : k + _PART] for k in range(0, len(scenes), _PART)]
     if len(scenes) < _LEAST_FOR_PROCESSES:
         yield from itertools.chain.from_iterable(_make_part(part, wishes) for part in parts)
@@ -165,8 +165,8 @@ def _make_jobs(scenes: Sequence[Scene], wishes: JobWishes) -> Iterator[_Job]:
 
 
 def _make_part(scenes: Sequence[Scene], wishes: JobWishes) -> list[_Job]:
-    """Return the jobs of some scenes, without writing them."""
-    # For all scenes together in a fraction of the time.
+    """Return the jobs for some scenes, without writing files."""
+    # Computing this for all scenes together takes a fraction of the time.
     foresee_frequency_ratio(each.problem for each in scenes)
     return [_make_job(scene, wishes) for scene in scenes]
 
@@ -182,17 +182,18 @@ def _make_job(scene: Scene, wishes: JobWishes) -> _Job:
 
 
 def _write_job(scene: Scene, job: Path, files: dict[str, str], tables: SharedTables) -> None:
-    """Write the files of a job, and remove those of an older one."""
+    """Write the files of a job, and remove those of an older job."""
     job.mkdir(parents=True, exist_ok=True)
     for old in _OLD:
-        (job / old).unlink(missing_ok=True)  # files of an older job would pass for results
+        # otherwise an older job's files would be taken for results
+        (job / old).unlink(missing_ok=True)
     files = tables.take_from(files) | {ASKED: read_from_anywhere(scene).to_toml()}
     for name, text in files.items():
         (job / name).write_text(text, encoding="utf-8")
 
 
 def folder_name(scene: Scene, axes: Sequence[str], number: int) -> str:
-    """Return the folder name of a point: its number and the values of its axes."""
+    """Return the name of a point's folder: the number of the point and its values on the axes."""
     parts = [f"{number:04d}"]
     for axis in axes:
         value = value_of(scene, axis)

@@ -1,4 +1,4 @@
-"""Scripts that submit the jobs of a grid to Slurm, PBS or bash."""
+"""Write scripts that submit the jobs of a grid to Slurm, PBS or bash."""
 
 import shlex
 from collections.abc import Sequence
@@ -15,10 +15,10 @@ _HEADS = {
     "pbs": "#PBS -N chaincor\n#PBS -J 1-{count}{at_once}\n#PBS -l select=1:ncpus=1\n",
     "bash": "",
 }
-# PBS knows no array of one job.
+# PBS does not support an array of one job.
 _HEAD_OF_ONE = {"pbs": "#PBS -N chaincor\n#PBS -l select=1:ncpus=1\n"}
-# Schedulers run a copy of the script from a spool folder, so its own place does not tell where the
-# jobs are. Each place that may hold them is tried.
+# Schedulers run a copy of the script in a spool folder, so the script cannot find the jobs beside
+# itself. It tries each folder in which the jobs may be.
 _PLACES = {
     "slurm": (
         '"${SLURM_SUBMIT_DIR:-.}"',
@@ -59,7 +59,7 @@ run_job() {{
         ${{resume[@]+"${{resume[@]}}"}} > screen.txt 2>&1
 }}
 """
-# A job that fails does not stop the next one of its task.
+# If a job fails, the next job of its task still runs.
 _TASK = """\
 status=0
 for job in "${{folders[@]:({task} - 1) * {jobs}:{jobs}}}"; do
@@ -74,26 +74,26 @@ export -f run_job
 printf '%s\\0' "${{folders[@]}}" |
     xargs -0 -n 1 -P "${{WORKERS:-{workers}}}" "$BASH" -c 'run_job "$1" || exit 1' run_job || exit 1
 """
-# Largest number of tasks of an array: of Slurm's usual MaxArraySize 1001, and of PBS's
+# Largest number of tasks in an array: for Slurm from its usual MaxArraySize of 1001, for PBS from
 # max_array_size.
 _MOST_TASKS = {"slurm": 1000, "pbs": 10_000}
 
 
 @dataclass(frozen=True)
 class Submission:
-    """Scheduler of a grid, and how its jobs are divided into tasks."""
+    """Scheduler for a grid, and the division of its jobs into tasks."""
 
     scheduler: Scheduler = "bash"
-    jobs_per_task: int = 1  #: Jobs that a task runs one after the other.
+    jobs_per_task: int = 1  #: Number of jobs that a task runs one after the other.
     at_once: int | None = None  #: Largest number of simultaneous tasks; None for no limit.
-    site: str = ""  #: A user's own lines, at the place where a scheduler reads its options.
+    site: str = ""  #: A user's own lines, which are written where a scheduler reads its options.
 
     def scripts(self, folders: Sequence[str], written: Path | None = None) -> dict[str, str]:
         """
-        Return the scripts that submit the jobs in some folders, by file name.
+        Return scripts that submit the jobs in some folders, by file name.
 
-        Each script submits one job array. It searches the folder of the jobs in JOBS, its own
-        folder, the folder of submission, and `written`.
+        Each script submits one job array. It searches for the jobs in the folder JOBS, in its own
+        folder, in the folder from which it was submitted, and in `written`.
         """
         most = self.jobs_per_task * _MOST_TASKS.get(self.scheduler, max(len(folders), 1))
         parts = [folders[k : k + most] for k in range(0, len(folders), most)] or [folders]
