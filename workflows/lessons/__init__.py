@@ -1,4 +1,4 @@
-"""Provide the lessons of the documentation: notebooks, exercises and checks of answers."""
+"""Provide the notebooks and exercises of the lessons, and check answers."""
 
 from chaincor.workflows.lessons.begin import begin as begin
 from chaincor.workflows.lessons.begin import prepared as prepared

@@ -1,4 +1,4 @@
-"""Begin a lesson's notebook: its folder, a shell that finds commands, and prepared data."""
+"""Prepare the notebook of a lesson: its folder, its shell cells, and prepared data."""
 
 import itertools
 import os
@@ -9,30 +9,30 @@ from typing import Any
 from chaincor.lammps_inputs.errors import InputError, meant
 from chaincor.workflows.documents import DOCUMENTS
 
-# The folder of the notebook is kept here before the first lesson changes it, so that repeated cells
-# do not nest folders.
+# Folder of the notebook, which is stored before the first lesson changes the current folder. If
+# cells are repeated, folders are therefore not nested.
 _home: list[Path] = []
-# The last lesson that was begun.
+# Name of the last lesson that was begun.
 _lesson: list[str] = []
 
 
 def begin(lesson: str) -> None:
     """
-    Change to a new folder for a lesson, and let shell cells find `chaincor` and `lmp`.
+    Change to a new folder for a lesson, and make `chaincor` and `lmp` available to shell cells.
 
-    The folder is ``LESSON_files`` beside the notebook. A folder of an earlier run is kept as
-    ``LESSON_files_earlier``, ``LESSON_files_earlier_2`` and so on. The environment also gets the
-    path of the MPI library that `lmp` needs.
+    The folder is ``LESSON_files`` beside the notebook. The folder of an earlier run is renamed to
+    ``LESSON_files_earlier``, ``LESSON_files_earlier_2`` and so on. The path of the MPI library that
+    `lmp` needs is added to the environment.
 
     Parameters
     ----------
     lesson : str
-        Name of the lesson, which gives the name of the folder.
+        Name of the lesson, which is also used for the folder.
 
     Raises
     ------
     InputError
-        If the folder cannot be made.
+        If the folder cannot be created.
     """
     if not _home:
         _home.append(Path.cwd())
@@ -46,7 +46,7 @@ def begin(lesson: str) -> None:
 def _new_folder(home: Path, lesson: str) -> Path:
     folder = home / f"{lesson}_files"
     try:
-        os.chdir(home)  # Windows does not rename the current folder.
+        os.chdir(home)  # Windows cannot rename the current folder.
         if folder.is_dir() and any(folder.iterdir()):
             numbers = (f"_{number}" if number > 1 else "" for number in itertools.count(1))
             earlier = (home / f"{folder.name}_earlier{number}" for number in numbers)
@@ -63,21 +63,21 @@ def _new_folder(home: Path, lesson: str) -> Path:
 
 
 def _let_the_shell_find_commands() -> None:
-    """Put this environment first in PATH, because Jupyter may run outside of it."""
+    """Put the environment of this Python first in PATH, because Jupyter may run outside of it."""
     from chaincor.workflows.engines.lammps.library import folder_first, lmp_environment
 
     os.environ["PATH"] = folder_first("PATH", Path(sys.executable).parent)
     os.environ.update(lmp_environment())
-    # IPython runs programs as if on a terminal, but cannot show a progress bar that moves.
+    # IPython runs programs as if on a terminal, but cannot show a moving progress bar.
     os.environ.pop("FORCE_COLOR", None)
     os.environ["TERM"] = "dumb"
 
 
 def show_figure(name: str) -> Any:
     """
-    Return a saved figure to show in a notebook, with the alternative text of the lesson's page.
+    Return a saved figure for a notebook, with the alternative text from the lesson's page.
 
-    The function closes figures of pyplot, which the notebook would otherwise show a second time.
+    All figures of pyplot are closed. Otherwise the notebook would show them a second time.
     """
     from IPython.display import Image
 
@@ -90,9 +90,9 @@ def show_figure(name: str) -> Any:
 
 def prepared(name: str) -> Path:
     """
-    Return the path of a file with prepared results, for slow machines.
+    Return the path of a file with prepared results, which readers with slow machines can use.
 
-    Raises InputError if there is no file of that name.
+    Raise InputError if there is no file with this name.
     """
     folder = DOCUMENTS / "course" / "data"
     names = sorted(path.name for path in folder.glob("*.csv"))

@@ -1,4 +1,4 @@
-"""Define exercises: questions, right answers, and the judgement of given answers."""
+"""Define exercises with right answers, and judge given answers."""
 
 import importlib
 import traceback
@@ -21,28 +21,29 @@ class Exercise:
     """Question whose answer is a number, several numbers or a function."""
 
     asks: str  #: Quantity that the answer must give, with its unit.
-    #: Function that yields the right answer, then the answers of usual mistakes, each with a text.
-    #: If an exercise asks for a function, these answers are its results for `arguments`.
+    #: Function that yields the right answer, then wrong answers from usual mistakes, each with a
+    #: text. If the exercise asks for a function, these answers are its results for `arguments`.
     answers: Callable[..., Answers]
-    #: Largest error of a right answer, as a fraction of the largest of its numbers.
+    #: Largest error of a right answer, as a fraction of its largest number.
     tolerance: float = 1e-3
-    #: Function that returns the arguments of the test, if an exercise asks for a function.
+    #: Function that returns arguments for the test, if the exercise asks for a function.
     arguments: Callable[[], tuple[Any, ...]] | None = None
-    either_sign: bool = False  #: Whether the answer with all signs reversed is right as well.
-    #: Whether a function of single numbers is right as well, such as one with `math.sqrt`.
+    either_sign: bool = False  #: Whether an answer with all signs reversed is also right.
+    #: Whether a function that only takes single numbers is also right, for example with
+    #: `math.sqrt`.
     elementwise: bool = False
 
 
 def exercise(asks: str, **fields: Any) -> Callable[[Callable[..., Answers]], Exercise]:
-    """Return a decorator that makes an exercise of a function that yields answers."""
+    """Return a decorator that makes an exercise from a function that yields answers."""
     return lambda answers: Exercise(asks, answers, **fields)
 
 
 def check(exercise: str, answer: Any) -> AnswerVerdict:
     """
-    Return the verdict on an answer, with a text that says what is right or wrong.
+    Check an answer, and describe what is right or wrong.
 
-    The reference engine computes the right answer when it is needed; no answers are stored.
+    Right answers are not stored. The reference engine computes them when they are needed.
 
     Parameters
     ----------
@@ -50,17 +51,17 @@ def check(exercise: str, answer: Any) -> AnswerVerdict:
         Name of the exercise, such as ``"4.1"`` for the first exercise of lesson 4.
     answer : float, array_like or callable
         A number, several numbers, or a function, depending on the exercise. Numbers may be rounded
-        to three digits. Texts such as ``"1/64"`` and ``"9.29 %"`` are numbers, too.
+        to three digits, and may be given as texts such as ``"1/64"`` and ``"9.29 %"``.
 
     Returns
     -------
     Verdict
-        Verdict with a text. The verdict is true if the answer is right.
+        Verdict with a text. It is true if the answer is right.
 
     Raises
     ------
     InputError
-        If there is no exercise of this name.
+        If there is no exercise with this name.
     """
     return judge(find_exercise(exercise), answer)
 
@@ -80,7 +81,7 @@ def find_exercise(name: str) -> Exercise:
 
 
 def exercises_of(lesson: int) -> dict[str, Exercise]:
-    """Return the exercises of a lesson that `check` can judge, by name."""
+    """Return the exercises of a lesson by name, without those that `check` cannot judge."""
     module = importlib.import_module(f"chaincor.workflows.lessons.exercises.lesson_{lesson}")
     return {
         f"{lesson}.{name.removeprefix('_exercise_')}": exercise
@@ -91,11 +92,11 @@ def exercises_of(lesson: int) -> dict[str, Exercise]:
 
 def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
     """
-    Return the verdict on an answer, which names the mistake if the answer is wrong.
+    Judge an answer, and name the mistake if the answer is wrong.
 
-    The verdict does not reveal the right answer. An answer of the wrong kind is wrong, and the
-    verdict says what is expected. Such answers are ``...``, a text, a list of another length, and a
-    function that fails.
+    The verdict does not reveal the right answer. If the answer is of the wrong kind, the verdict
+    says what is expected. Examples are ``...``, a text, a list of another length, and a function
+    that fails.
     """
     if answer is ...:
         return AnswerVerdict(
@@ -112,7 +113,7 @@ def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
     if exercise.arguments is not None:
         what = "what your function returns is"
         try:
-            # Each call gets new arguments, because the function may change them.
+            # Each call gets new arguments, because a function may change its arguments.
             answer = _results(exercise, answer)
         except (Exception, SystemExit) as error:
             return AnswerVerdict(
@@ -130,7 +131,7 @@ def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
 
 
 def _results(exercise: Exercise, function: Callable[..., Any]) -> Any:
-    """Return the results of a function, with one call per number if it takes no arrays."""
+    """Return the results of a function; if it takes no arrays, call it once for each number."""
     assert exercise.arguments is not None
     try:
         return function(*exercise.arguments())
@@ -145,12 +146,12 @@ def _results(exercise: Exercise, function: Callable[..., Any]) -> Any:
 
 
 def _failure(error: BaseException, count: int) -> str:
-    """Describe the failure of a function with `count` arguments, and name the line."""
+    """Describe why a function with `count` arguments failed, and name the line."""
     words = one_line(error)[:120]
     named = f"{type(error).__name__}: {words}" if words else type(error).__name__
     frames = traceback.extract_tb(error.__traceback__)
     inside = [frame.lineno for frame in frames if frame.filename != __file__]
-    if not inside:  # The function does not accept these arguments.
+    if not inside:  # The function does not accept this number of arguments.
         arguments = "1 argument" if count == 1 else f"{count} arguments"
         return f"your function cannot be called with {arguments} ({named})"
     return f"your function raised {named} in its line {inside[0]}"

@@ -13,21 +13,21 @@ from numpy.typing import ArrayLike
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.given_numbers import shown
 
-# An iterator over pairs of an answer and the text about it.
+# Iterator over pairs of a possible answer and a text about it.
 Answers = Iterator[tuple[ArrayLike, str]]
 
-# A mistake is named only if the answer matches it within this relative distance, even if the
-# exercise has a larger tolerance.
+# A mistake is named only if the answer differs from its result by at most this fraction, even if
+# the exercise has a larger tolerance.
 _NAMED_WITHIN = 0.01
-# General mistakes with numbers are searched only if the tolerance of an exercise is at most this.
+# General mistakes with numbers are searched only if the tolerance of the exercise is at most this.
 _SHARP = 0.01
-# An answer is right if this many digits are right, even if the tolerance is smaller.
+# If this many digits of an answer are right, the answer is right even if the tolerance is smaller.
 _ENOUGH_DIGITS = 3
-# This many digits suffice to name the first general mistakes, which concern signs and per cent.
+# This many digits are enough to name general mistakes with signs and per cent.
 _CERTAIN = 2
 _TEXT = re.compile(
     r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(?:/\s*([\d.]+(?:e[-+]?\d+)?))?\s*(%?)"
-    # The number may have a unit.
+    # A unit may follow the number.
     r"(?:\s*(?:steps?|times|rows|contacts|events|particles|collisions|v\*))?",
     re.I,
 )
@@ -47,18 +47,19 @@ class AnswerVerdict:
         return self.says
 
     def _repr_html_(self) -> str:
-        # JupyterLab breaks long lines of plain text within words, but not paragraphs of HTML.
+        # JupyterLab breaks long lines of plain text within words, but does not do so in HTML
+        # paragraphs.
         return f"<p>{html.escape(self.says)}</p>"
 
 
 @dataclass(frozen=True)
 class AnswerComparison:
-    """Numbers of an answer, with the rules for their comparison."""
+    """Numbers in an answer, and rules for their comparison."""
 
-    given: Array  #: Numbers of the answer.
+    given: Array  #: Numbers in the answer.
     tolerance: float  #: Allowed difference, as a fraction of the largest number.
-    either_sign: bool = False  #: Whether the answer with all signs reversed is right as well.
-    rounded: bool = True  #: Whether the numbers were typed and may be rounded.
+    either_sign: bool = False  #: Whether the answer with all signs reversed is also right.
+    rounded: bool = True  #: Whether the numbers were typed, so that they may be rounded.
 
     def verdict(
         self, expected: Array, right: str, mistakes: Iterable[tuple[ArrayLike, str]]
@@ -66,7 +67,7 @@ class AnswerComparison:
         """
         Return the verdict on the answer.
 
-        `right` is the text for a right answer. Each mistake has its own text.
+        `right` is the text for a right answer. Each mistake comes with its own text.
         """
         if self._near(expected, self.tolerance) or self._digits(expected) >= _ENOUGH_DIGITS:
             return AnswerVerdict(True, right)
@@ -92,7 +93,7 @@ class AnswerComparison:
         return AnswerVerdict(False, f"not yet: {self._side(expected)}")
 
     def _aligned(self, other: Array) -> Array:
-        """Return the answer, with all signs reversed if that is allowed and fits better."""
+        """Return the answer; reverse all signs if that is allowed and fits better."""
         return -self.given if self.either_sign and float(self.given @ other) < 0.0 else self.given
 
     def _near(self, other: Array, tolerance: float) -> bool:
@@ -101,7 +102,7 @@ class AnswerComparison:
         return math.isfinite(scale) and bool(np.all(off <= tolerance * scale))
 
     def _digits(self, other: Array) -> int:
-        """Return the number of digits to which `other` must be rounded to give the answer, or 0."""
+        """Return to how many digits `other` must be rounded to give the answer; 0 if impossible."""
         scale = float(np.max(np.abs(other)))
         if not self.rounded or not (math.isfinite(scale) and scale > 0.0):
             return 0
@@ -116,12 +117,12 @@ class AnswerComparison:
         return 0
 
     def _shares_digits(self, other: Array) -> bool:
-        """Return whether the answer is `other` rounded to as many digits as the answer has."""
+        """Return whether `other` gives the answer if it is rounded to the answer's digits."""
         shown_digits = max(len(f"{abs(v):.15e}".split("e")[0].rstrip("0")) - 1 for v in self.given)
         return min(self._digits(other), shown_digits) >= _ENOUGH_DIGITS
 
     def _common_factor(self, expected: Array) -> float | None:
-        """Return the factor between all numbers of the answer and the right ones, or None."""
+        """Return the common factor between all numbers in the answer and the right ones, if any."""
         used = expected != 0.0
         if expected.size < 3 or not used.any() or np.any(self.given[~used] != 0.0):
             return None
@@ -136,7 +137,7 @@ class AnswerComparison:
         return f"give it within {100.0 * self.tolerance:g} % of its value, or as an expression"
 
     def _side(self, expected: Array) -> str:
-        """Describe the sign of the error, and say which of several numbers are wrong."""
+        """Describe whether the answer is too large or too small, and which numbers are wrong."""
         given = self._aligned(expected)
         if expected.size == 1:
             return f"it is too {'large' if given[0] > expected[0] else 'small'}"
@@ -148,7 +149,11 @@ class AnswerComparison:
 
 
 def _general_mistakes(expected: Array) -> Iterator[tuple[Array, str]]:
-    """Return mistakes that can occur in any exercise, to try after the exercise's own mistakes."""
+    """
+    Return mistakes that can occur in any exercise.
+
+    They are tried after the exercise's own mistakes.
+    """
     yield -expected, "the sign is wrong: everything else is right"
     yield 100.0 * expected, "this is right in per cent: give the number itself"
     if expected.size > 1:
@@ -167,9 +172,9 @@ def _general_mistakes(expected: Array) -> Iterator[tuple[Array, str]]:
 
 def numbers_in(answer: Any) -> Array | str:
     """
-    Return an answer as an array, or say in a text why the answer is no number.
+    Return the numbers in an answer as an array, or a text that says why there are none.
 
-    Texts such as ``"1/64"``, ``"9.3 %"`` and ``"30 steps"`` are numbers.
+    Texts such as ``"1/64"``, ``"9.3 %"`` and ``"30 steps"`` count as numbers.
     """
     if isinstance(answer, Iterator):
         answer = list(answer)
@@ -185,7 +190,7 @@ def numbers_in(answer: Any) -> Array | str:
         if numbers.dtype.kind == "c":
             return shown(answer)
         numbers = np.ravel(numbers.astype(float))
-    except Exception:  # An object that is no number may raise any error.
+    except Exception:  # The conversion of a foreign object may raise any error.
         return shown(answer)
     if not np.all(np.isfinite(numbers)):
         return "not finite: a division by zero, or a root of a negative number"
@@ -201,5 +206,5 @@ def _number_of(text: str) -> float | str:
         number = float(found[1]) / float(found[2] or 1.0)
     except (ValueError, ZeroDivisionError):
         return text
-    # A percentage keeps its typed digits after the division by 100.
+    # After the division by 100, a percentage keeps its number of digits.
     return float(f"{number / 100.0:.12g}") if found[3] else number

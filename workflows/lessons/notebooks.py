@@ -1,4 +1,4 @@
-"""Make Jupyter notebooks from pages of lessons, with solutions or for handing in."""
+"""Make Jupyter notebooks from the lessons' pages, with or without solutions."""
 
 import base64
 import mimetypes
@@ -9,24 +9,25 @@ from pathlib import Path
 from chaincor.workflows.documents import DOCUMENTS
 from chaincor.workflows.errors import MissingLibraryError
 
-# A page is split at its blocks of code, solutions and pictures. The text between them becomes
-# prose.
+# A page is split at its code blocks, solutions and pictures. The text between them becomes prose
+# cells.
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n", re.MULTILINE | re.DOTALL)
 _SOLUTION = re.compile(
     r"^<details>\n<summary>Solution</summary>\n(.*?)^</details>\n", re.MULTILINE | re.DOTALL
 )
 _PICTURE = re.compile(r"^!\[([^\]]*)\]\(\.\./images/([\w.-]+)\)\n", re.MULTILINE)
 _COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)", re.MULTILINE)
-# Shells of Windows lack these commands, so cells run Python instead.
+# Shells on Windows lack these commands, so cells run Python code instead.
 _CAT = re.compile(r"cat (\S+)")
 _STATUS = re.compile(r"(.*); echo \"exit status \$\?\"")
 _PART_OF_OUTPUT = re.compile(r"\((cd \S+ && .*?)(?: 2> /dev/null)? \| (grep|tail) -?(?:o )?(.*)\)")
-# These characters are special outside of quotes. A command that has one needs a shell.
+# Outside of quotes, these characters have a special meaning. A command with one of them needs a
+# shell.
 _OF_A_SHELL = re.compile(r"[|;&<>$`()*']")
 _FILE = re.compile(r"# ([\w.-]+\.(?:py|toml))\n")
 _LINK = re.compile(r"\[([^\]]*)\]\((?!http)([^)]*)\)")
 
-# The metadata leaves out the version of Python, which depends on the reader.
+# The metadata does not contain the version of Python, which differs between readers.
 _METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
     "language_info": {"name": "python", "file_extension": ".py", "mimetype": "text/x-python"},
@@ -34,13 +35,13 @@ _METADATA = {
 
 
 def lesson_pages() -> dict[str, Path]:
-    """Return the pages that become notebooks: eight lessons, then the class."""
+    """Return the pages that become notebooks: eight lessons, then the page for a class."""
     found = [*(DOCUMENTS / "tutorials").glob("*.md"), DOCUMENTS / "course" / "class.md"]
     return {path.stem: path for path in sorted(found, key=lambda path: path.stem)}
 
 
 def words_of_picture(lesson: str, name: str) -> str:
-    """Return the alternative text of a picture in a lesson's page, or an empty text."""
+    """Return the alternative text of a picture in a lesson's page; empty if there is none."""
     page = lesson_pages().get(lesson)
     found = _PICTURE.findall(page.read_text(encoding="utf-8")) if page else []
     return next((words for words, picture in found if picture == name), "")
@@ -48,15 +49,17 @@ def words_of_picture(lesson: str, name: str) -> str:
 
 def notebook(page: Path, *, solutions: bool = True) -> str:
     """
-    Return a lesson's page as the text of a notebook; equal pages give equal texts.
+    Convert a lesson's page to a notebook; equal pages give equal texts.
 
-    A block of Python becomes a cell. Each command of a console block becomes a cell that runs it,
-    also on Windows; its output is left out. A block that begins with the name of a file becomes a
-    cell that writes the file. A cell that saves a picture also shows it with the alternative text
-    of the page. Only a notebook with solutions prints this text below the picture, because it may
-    reveal an answer. Other pictures are embedded. Solutions are in ``<details>`` with the summary
-    *Solution*; a notebook without them is for handing in. Raises MissingLibraryError if jupytext is
-    missing.
+    A block of Python code becomes a cell. Each command in a console block becomes a cell that runs
+    the command, also on Windows. The output in the page is omitted. If a block begins with the name
+    of a file, it becomes a cell that writes the file.
+
+    If a cell saves a picture, it also shows the picture with the alternative text from the page.
+    Only a notebook with solutions prints this text below the picture, because the text may reveal
+    an answer. Other pictures are embedded. Solutions are in ``<details>`` with the summary
+    *Solution*. A notebook without solutions is meant for handing in. Raise MissingLibraryError if
+    jupytext is missing.
     """
     try:
         import jupytext
@@ -79,13 +82,13 @@ def notebook(page: Path, *, solutions: bool = True) -> str:
 _BEGIN = """from chaincor.workflows.lessons import begin, show_figure
 
 begin("{}")"""
-# This code shows the picture that a cell has saved, with its alternative text.
+# This code shows the picture that a cell saved, with its alternative text.
 _SHOW = '\n\nshow_figure("{}")'
 _SAVED = re.compile(r'savefig\("([\w.-]+)"')
 
 
 def _parts(text: str, captions: bool, page: Path) -> Iterator[str]:
-    """Yield the prose and the cells of a page in their order."""
+    """Yield the prose cells and code cells of a page, in order."""
     place = 0
     drawn = "".join(code for _, code in _BLOCK.findall(text))
     for found in re.finditer(f"{_BLOCK.pattern}|{_PICTURE.pattern}", text, _BLOCK.flags):
@@ -96,7 +99,7 @@ def _parts(text: str, captions: bool, page: Path) -> Iterator[str]:
         elif picture not in drawn:
             yield f"![{words}]({_data(page, picture)})"
         else:
-            # A command wrote the picture, so no cell of Python shows it.
+            # A shell command wrote this picture, so no Python cell shows it.
             if f'savefig("{picture}"' not in drawn:
                 yield _cell(_SHOW.format(picture).strip())
             if captions:
@@ -121,9 +124,9 @@ def _cells(kind: str, code: str, whole: str) -> Iterator[str]:
 
 def _portable(command: str) -> str:
     """
-    Return a command of a page in a form that IPython can run without bash.
+    Convert a command on a page to a form that IPython can run without bash.
 
-    Raises ValueError if the command needs a feature of a shell that IPython and Python lack.
+    Raise ValueError if the command needs a feature of a shell that IPython and Python lack.
     """
     line = re.sub(r"\s*\\\n\s*", " ", command)
     if found := _CAT.fullmatch(line):
@@ -144,14 +147,14 @@ def _cell(code: str) -> str:
 
 
 def _data(page: Path, name: str) -> str:
-    """Return a picture as a data URI, because JupyterLab shows no attached SVG files."""
+    """Return a picture as a data URI, because JupyterLab does not show attached SVG files."""
     kind, _ = mimetypes.guess_type(name)
     data = (page.parent / ".." / "images" / name).read_bytes()
     return f"data:{kind};base64,{base64.b64encode(data).decode()}"
 
 
 def _without_links(text: str) -> str:
-    """Return prose in which links to lessons lead to notebooks, and other links are plain text."""
+    """Replace links to lessons by links to notebooks, and other links by plain text."""
 
     def link(found: re.Match[str]) -> str:
         words, target = found.groups()

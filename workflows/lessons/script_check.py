@@ -1,4 +1,4 @@
-"""Check a student's script of the chain: its five parts, then its run by LAMMPS."""
+"""Check a student's script for the chain: read its five parts, then run it with LAMMPS."""
 
 import html
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ _RUN = "run by LAMMPS"
 
 @dataclass(frozen=True)
 class ScriptReport:
-    """Report of the faults in each part of a script; true if there is none."""
+    """Faults in each part of a script; the report is true if there is no fault."""
 
-    #: Faults by part, in the order of the script. The last part is the run by LAMMPS.
+    #: Faults in each part, in the order of the script. The last part is the run with LAMMPS.
     parts: dict[str, tuple[str, ...]]
 
     def __bool__(self) -> bool:
@@ -39,9 +39,9 @@ class ScriptReport:
 
 def check_script(path: str | Path) -> ScriptReport:
     """
-    Return the faults of a LAMMPS script that should collide a harmonic chain with the wall.
+    Find faults in a LAMMPS script that should collide a harmonic chain with a wall.
 
-    The script is first read, part by part. If nothing is missing, LAMMPS runs the script in its
+    First the script is read part by part. If nothing is missing, LAMMPS runs the script in its
     folder, and the motion is compared with the exact collision.
 
     Parameters
@@ -52,7 +52,7 @@ def check_script(path: str | Path) -> ScriptReport:
     Returns
     -------
     ScriptReport
-        Faults of each part as text. The report is true if there is no fault.
+        Faults in each part as text. The report is true if there is no fault.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Find faults in the five parts of a student's script of the chain by reading it."""
+"""Find faults in the five parts of a student's script for the chain, without running it."""
 
 import difflib
 import re
@@ -10,16 +10,16 @@ from chaincor.lammps_inputs.commands import commands_of
 from chaincor.lammps_inputs.given_numbers import number_in
 
 _VARIABLE = re.compile(r"\$\{(\w+)\}|\$(\w)")
-# Kinds of the two faces of the box in one direction: one letter for both, or one for each.
+# Kinds of the box's two faces in one direction, with one letter for both faces or one for each.
 _FACES = re.compile("[pfsm]{1,2}")
 _SIDES = ("xlo", "xhi", "ylo", "yhi", "zlo", "zhi")
 # Atoms of these styles have no bonds.
 _WITHOUT_BONDS = ("atomic", "charge", "sphere", "ellipsoid")
-# These fixes move atoms and control a temperature or a pressure.
+# These fixes move atoms and also control temperature or pressure.
 _THERMOSTATS = ("nvt", "npt", "langevin", "nph")
-# These walls push with a force that acts over a distance.
+# These walls push with a force that acts at a distance.
 _SOFT_WALLS = ("harmonic", "lj93", "lj126", "lj1043", "colloid", "morse", "table", "region")
-# A misspelt command must be at least this similar to the command that is meant, from 0 to 1.
+# A misspelt command must be at least this similar to the right command, on a scale from 0 to 1.
 _SIMILAR = 0.8
 
 StudentCommand = list[str]
@@ -29,15 +29,15 @@ StudentCommand = list[str]
 class StudentScript:
     """Commands of a script, with the values of its variables."""
 
-    commands: list[StudentCommand]  #: Words of each command, in order.
+    commands: list[StudentCommand]  #: Words of each command, in the order of the script.
     folder: Path  #: Folder in which LAMMPS runs the script.
 
     @classmethod
     def of(cls, text: str, folder: Path) -> "StudentScript":
         """
-        Read a script, and replace each variable that has one value by its value.
+        Read a script, and replace each variable by its value if it has a single value.
 
-        Formulas stay as they are, because only LAMMPS can evaluate them.
+        Formulas are not replaced, because only LAMMPS can evaluate them.
         """
         values: dict[str, str] = {}
         commands = []
@@ -50,11 +50,11 @@ class StudentScript:
         return cls(commands, folder)
 
     def named(self, name: str) -> list[StudentCommand]:
-        """Return all commands with a name."""
+        """Return all commands with this name."""
         return [command for command in self.commands if command[0] == name]
 
     def last(self, name: str) -> StudentCommand | None:
-        """Return the last command with a name, which overrides earlier commands."""
+        """Return the last command with this name, which overrides earlier ones."""
         found = self.named(name)
         return found[-1] if found else None
 
@@ -63,7 +63,7 @@ class StudentScript:
         return [c for c in self.named("fix") if len(c) > 3 and c[3].startswith(style)]
 
     def fixes_without_group(self, style: str) -> list[StudentCommand]:
-        """Return the fixes with a style that lack their name or their group, as `fix all nve`."""
+        """Return the fixes of a style that lack a name or a group, such as `fix all nve`."""
         return [
             c
             for c in self.named("fix")
@@ -75,22 +75,22 @@ class StudentScript:
         return name == "all" or any(c[1:2] == [name] for c in self.named("group"))
 
     def place(self, name: str) -> int:
-        """Return the position of the first command with a name, or the end if it is missing."""
+        """Return the position of the first command with a name; the end if there is none."""
         return next((k for k, c in enumerate(self.commands) if c[0] == name), len(self.commands))
 
     def last_place(self, name: str) -> int:
-        """Return the position of the last command with a name, or -1 if it is missing."""
+        """Return the position of the last command with a name; -1 if there is none."""
         return max((k for k, c in enumerate(self.commands) if c[0] == name), default=-1)
 
     def misspelt(self, name: str) -> str | None:
-        """Return the misspelt form of a missing command, such as `boundry`, or None."""
+        """Return a misspelt form of a missing command, such as `boundry`, or None."""
         known = {command for commands in _BEGUN.values() for command in commands}
         names = {c[0].lower(): c[0] for c in self.commands if c[0] not in known}
         near = difflib.get_close_matches(name, names, 1, _SIMILAR)
         return names[near[0]] if near and not self.named(name) else None
 
     def missing(self, name: str, advice: str) -> str:
-        """Describe a missing command by its misspelt form, or give an advice."""
+        """Describe a missing command by its misspelt form, or otherwise give advice."""
         misspelt = self.misspelt(name)
         if misspelt:
             return f"`{misspelt}` is no command of LAMMPS: write `{name}`"
@@ -193,7 +193,7 @@ def _motion_and_wall(script: StudentScript) -> Iterator[str]:
         yield f"`{' '.join(wall)}` lacks its name or its group: write {right}"
     if not walls and not unnamed:
         yield "no wall: add `fix NAME all wall/reflect xlo 0.0`"
-    # A second wall may stand behind the chain, so the wall at xlo is checked.
+    # There may be a second wall behind the chain, so the wall at xlo is checked.
     for wall in [wall for wall in walls if "xlo" in wall] or walls:
         yield from _wall(script, wall)
     after_run = script.commands[script.last_place("run") + 1 :] if script.named("run") else []
@@ -266,7 +266,7 @@ def _prints_restitution(command: StudentCommand) -> bool:
     return command[0] == "print" and any("restitution" in word for word in command)
 
 
-#: Name of each part of a script, and the function that yields its faults.
+#: Name of each part of a script, and the function that yields the faults in this part.
 _PARTS: dict[str, Callable[[StudentScript], Iterator[str]]] = {
     "1. units and box": _units_and_box,
     "2. atoms and bonds": _atoms_and_bonds,
@@ -274,7 +274,7 @@ _PARTS: dict[str, Callable[[StudentScript], Iterator[str]]] = {
     "4. motion and wall": _motion_and_wall,
     "5. output and run": _output_and_run,
 }
-# First commands of each part. A part without such a command is still empty.
+# Commands of each part that a student writes first. A part without any of them is still empty.
 _BEGUN = {
     "1. units and box": ("units", "boundary"),
     "2. atoms and bonds": ("atom_style", "read_data", "create_atoms"),
@@ -282,7 +282,7 @@ _BEGUN = {
     "4. motion and wall": ("velocity", "fix"),
     "5. output and run": ("timestep", "thermo", "thermo_style", "run", "print"),
 }
-# The lesson writes these words where a script has values.
+# In the lesson, these words stand for values that a script must have.
 _PLACEHOLDERS = {
     "FILE": "the name of the data file",
     "K": "half the stiffness of a bond",
@@ -294,7 +294,7 @@ _PLACEHOLDERS = {
 
 
 def faults_by_part(script: StudentScript) -> dict[str, tuple[str, ...]]:
-    """Return the faults of each part of a script, in order."""
+    """Return the faults in each part of a script, in order."""
     return {part: _faults_of_part(script, part) for part in _PARTS}
 
 

@@ -1,4 +1,4 @@
-"""Run a student's script of the chain by LAMMPS, and find the faults of its motion."""
+"""Run a student's script for the chain with LAMMPS, and find faults in the motion."""
 
 import re
 import subprocess
@@ -20,13 +20,13 @@ _MARK = "chaincor_end"
 _RESTITUTION = re.compile(r"^restitution = (\S+)", re.MULTILINE)
 _ERROR = re.compile(r"^ERROR.*?: (.*?)(?: \(src/.*)?$", re.MULTILINE)
 _LAST_LINE = re.compile(r"^Last input line: (.*?) *$", re.MULTILINE)
-# The energy may change by the first fraction. The second one is the largest error of the
-# restitution that the wall may cause.
+# Largest relative change of the energy, and largest error of the restitution that the wall may
+# cause.
 _DRIFT, _WALL_ERROR = 0.02, 0.02
-# A step up to this one changes the energy of ten particles by at most 0.4 %, and eta by at most
+# Up to this time step, the energy of ten particles changes by at most 0.4 %, and eta by at most
 # 0.004.
 _SHORT_STEP = 0.02
-# This table explains errors of LAMMPS for the chain.
+# This table explains what LAMMPS's errors mean for the chain.
 _MEANINGS = {
     "Bond atoms": "two bonded atoms are so far apart that LAMMPS lost one; the step is too long, "
     "or an atom left the box, whose size stands in the data file",
@@ -50,22 +50,22 @@ _MEANINGS = {
 
 @dataclass(frozen=True)
 class StudentRun:
-    """First and last state of a run, with the output of LAMMPS."""
+    """First and last state of a run, and LAMMPS's output."""
 
-    printed: str  #: All output of LAMMPS.
-    #: Error message of LAMMPS, without its place in the source; None without an error.
+    printed: str  #: LAMMPS's complete output.
+    #: LAMMPS's error message, without the place in LAMMPS's source; None without an error.
     error: str | None
-    stopped_at: str  #: Command at which LAMMPS stopped; empty if it names none.
-    states: tuple[Array, Array] | None  #: Rows of (id, x, vx) before the first run and at the end.
-    time: float  #: Time at the end.
+    stopped_at: str  #: Command at which LAMMPS stopped; empty if LAMMPS names none.
+    states: tuple[Array, Array] | None  #: Rows (id, x, vx) before the first run and at the end.
+    time: float  #: Simulated time at the end.
     timestep: float  #: Time step at the end.
 
 
 def run_script(path: Path) -> StudentRun:
     """
-    Run a script in its folder, with added commands that write its first and last state.
+    Run a script in its folder, with added commands that write the first and the last state.
 
-    Raises MissingLibraryError if LAMMPS is missing.
+    Raise MissingLibraryError if LAMMPS is missing.
     """
     lmp = find_lmp_command()
     if lmp is None:
@@ -106,7 +106,7 @@ def run_script(path: Path) -> StudentRun:
 
 
 def _watched(text: str, folder: Path) -> str:
-    """Return a script with added commands that write its states."""
+    """Return a script with added commands that write the first and the last state."""
 
     def dump(name: str) -> str:
         form = "modify sort id format float %.17g"
@@ -125,7 +125,7 @@ def _state(path: Path) -> Array:
 
 
 def faults_of_run(run: StudentRun) -> Iterator[str]:
-    """Yield the faults of a run, which follow from LAMMPS's error or from the motion."""
+    """Yield the faults of a run, from LAMMPS's error message or from the motion."""
     if run.error is not None:
         meaning = next((f": {m}" for words, m in _MEANINGS.items() if words in run.error), "")
         at = f" at `{run.stopped_at}`" if run.stopped_at else ""
@@ -169,7 +169,7 @@ def _faults_of_motion(run: StudentRun, first: Array, last: Array) -> Iterator[st
 
 
 def _faults_of_print(printed: list[str], eta: float) -> Iterator[str]:
-    """Yield a fault if the printed restitution differs from the `eta` of the velocities."""
+    """Yield a fault if the printed restitution differs from the one that the velocities give."""
     if not printed:
         yield "LAMMPS printed no line `restitution = NUMBER`"
         return

@@ -10,5 +10,5 @@ from chaincor.workflows.result import Collision
 
 @cache
 def by_reference(tolerance: float = 1e-8, **fields: Any) -> Collision:
-    """Return a collision of the reference engine, which each process computes once."""
+    """Compute a collision with the reference engine, once in each process."""
     return collide(Scene(engine="reference", tolerance=tolerance, **fields))

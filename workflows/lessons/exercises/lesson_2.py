@@ -19,9 +19,9 @@ def _force(lengths: Array) -> Array:
 
 @cache
 def _more_rows(style: str) -> float:
-    """Return the factor on the number of rows for a force that is a hundred times more exact."""
-    # The exponent follows from the largest error of the force at one number of rows and at twice
-    # that number.
+    """Return by which factor the number of rows must grow for a hundred times smaller error."""
+    # The exponent follows from the largest errors of the force for two numbers of rows, one twice
+    # the other.
     between = np.linspace(0.9, 1.1, 4001)
     errors = []
     for rows in (101, 201):

@@ -14,7 +14,7 @@ _ORDER = COMPOSITIONS["verlet"].order
 
 @exercise(
     "one number: the order of the event wall, the slope in the doubly logarithmic picture",
-    # The tolerance is large, because the errors of the seven steps scatter about the line.
+    # The tolerance is large, because the errors at the seven steps scatter about the line.
     tolerance=0.13,
 )
 def _exercise_1() -> Answers:

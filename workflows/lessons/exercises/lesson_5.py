@@ -13,7 +13,7 @@ _SPEED = 0.8
 
 
 def _v_star(bond: Potential) -> float:
-    assert bond.natural_speed is not None  # The bonds below are anharmonic, so they have a v*.
+    assert bond.natural_speed is not None  # The bonds below are anharmonic, so their v* exists.
     return bond.natural_speed
 
 

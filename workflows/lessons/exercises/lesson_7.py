@@ -17,8 +17,8 @@ def _etas(potential: str, particles: int, speeds: Array) -> Array:
 
 
 def _cost(particles: int) -> float:
-    # The cost is proportional to the particles times the steps, whose number is proportional to the
-    # duration.
+    # The cost is proportional to the number of particles times the number of steps. The number of
+    # steps is proportional to the duration.
     chain = by_reference(1e-6, potential="lj", particles=particles, speed=0.4)
     return particles * chain.last_contact_time
 
