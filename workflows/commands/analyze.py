@@ -147,7 +147,7 @@ def analyze(
     if units != CHAIN_UNITS:
         found["units"] = units.to_dict()
         lines.append(describe_in_units(analysis, units))
-    # Print the numbers and write the data first, because pictures may fail.
+    # The numbers are printed and the data written first, because pictures may fail.
     tell(found, "\n".join(lines), as_json, job.loaded_scene)
     if xyz is not None:
         both = [body.masses for body in analysis.bodies.values()]
@@ -168,7 +168,7 @@ def analyze(
 
 
 def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
-    """Return units, wall and direction of a dump, from the options or otherwise from the job."""
+    """Return the units, wall and direction of a dump, from options or otherwise from the job."""
     from chaincor.analysis.dumps.other_trajectories import open_trajectory
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
@@ -204,7 +204,7 @@ def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
 
 
 def _bond(options: dict[str, Any]) -> Potential | None:
-    """Return the bond of the options, with the checks of a scene, or None without options."""
+    """Return the bond that options describe, checked as in a scene; None without options."""
     from chaincor.lammps_inputs.errors import SceneError
     from chaincor.lammps_inputs.scene import Scene
 
@@ -217,7 +217,7 @@ def _bond(options: dict[str, Any]) -> Potential | None:
 
 
 def _masses(text: str | None) -> list[float] | None:
-    """Return masses from a list such as ``1,2``, or from a file of that name."""
+    """Return masses from a list such as ``1,2``, or from a file with that name."""
     from chaincor.lammps_inputs.scene_parts.given_masses import read_masses
 
     try:

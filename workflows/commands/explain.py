@@ -10,7 +10,8 @@ from chaincor.workflows.showing.terms import ALL_TERMS, OTHER_NAMES
 
 _SECTION = re.compile(r"^### (\w+)\n(.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
 
-# This pattern matches a row of the table of words that stopped jobs print: word, cause, remedy.
+# This pattern matches a row in the table of words that stopped jobs print. The row has three cells:
+# word, cause and remedy.
 _ROW = re.compile(r"^\| (`[A-Z ]+`.*?) \| (.*?) \| (.*?) \|$", re.MULTILINE)
 _NAME = re.compile(r"`([A-Z ]+)`")
 

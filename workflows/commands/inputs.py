@@ -107,7 +107,7 @@ def inputs(
 
 @contextmanager
 def _doubts_as_notes() -> Iterator[None]:
-    """Print warnings about jobs as notes on standard error."""
+    """Print warnings about jobs as notes to standard error."""
     from chaincor.workflows.errors import UnsureJobWarning
 
     with warnings.catch_warnings(record=True) as found:
@@ -118,7 +118,7 @@ def _doubts_as_notes() -> Iterator[None]:
 
 
 def _wishes_in(options: dict[str, Any]) -> JobWishes:
-    """Remove the options of the job from `options`, so that only options of the scene remain."""
+    """Move the job's options out of `options`, in which only the scene's options remain."""
     from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 
     template, settings = options.pop("template"), options.pop("settings")

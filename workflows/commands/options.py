@@ -1,4 +1,4 @@
-"""Define options and printing of results that several commands share."""
+"""Define options that several commands share, and print results."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -23,10 +23,10 @@ def option(
     shown: str, text: str, kind: Any = None, *, name: str | None = None, **more: Any
 ) -> Callable[[Callable], Callable]:
     """
-    Return a click option, made from its usage such as ``-o, --output DIR`` and its help.
+    Return a click option from its usage, such as ``-o, --output DIR``, and its help.
 
     An option without a placeholder and without a kind is a flag. `name` is the name of the
-    parameter, if it differs from the option. `more` are further settings of click.
+    parameter, if it differs from the option's. `more` are further settings for click.
     """
     words = shown.split()
     names = [word.rstrip(",") for word in words if word.startswith("-")]
@@ -42,22 +42,22 @@ json_option = option("--json", "print one JSON object", name="as_json")
 
 
 def page_option(page: str, figures: str = "figures") -> Callable[[Callable], Callable]:
-    """Return the option for the folder of a study's page and files."""
+    """Return the option for the folder to which a study writes its page and files."""
     text = f"write a page ({page}) with {figures}, CSV and JSON into this folder"
     return option("-o, --output DIR", text, FOLDER)
 
 
 def say(text: object, *, err: bool = False) -> None:
-    """Print a text, with control characters escaped, because file names may contain them."""
+    """Print a text with escaped control characters, which file names may contain."""
     click.echo(printable(str(text), keep="\n\t"), err=err)
 
 
 def tell(plain: Mapping[str, Any], text: str, as_json: bool, scene: "Scene | None" = None) -> None:
-    """Print a result as text, or as one JSON object with the keys that all results have."""
+    """Print a result as text, or as one JSON object with the keys that are common to all results."""
     say(json_text(plain, scene) if as_json else text)
 
 
 def tell_page(page: Path, as_json: bool) -> None:
-    """Print the path of a written page, except in JSON mode, which prints a single object."""
+    """Print the path of a written page, except with JSON, where only one object is printed."""
     if not as_json:
         say(f"page: {page}")

@@ -87,20 +87,20 @@ def plot(
     say(target)
 
 
-# These columns hold lists. One number of such a list can be an axis.
+# These columns contain lists. A single number of such a list can be an axis.
 _LISTS = ("masses", "target_masses")
-# The identity of a scene leaves out keys with their default, so the defaults are restored here.
+# A scene's identity omits keys with default values, so the defaults are restored here.
 _ABSENT = {"contact": "hard"}
-# Both columns give the impact speed, in different units.
+# Both columns are the impact speed, in different units.
 _IMPACT = {"speed", "velocity"}
-# Labels list keys in this order. The most important keys come first. A later key that follows from
-# them adds nothing and is left out.
+# Labels list keys in this order, with the most important keys first. A later key is omitted if it
+# follows from earlier keys.
 _FIRST = {"potential": -2, "particles": -1, "speed": 2, "velocity": 3}
 
 
 @dataclass(frozen=True)
 class _Row:
-    """Scene of one collision, and its values in the requested columns."""
+    """Scene of one collision, and the values in its requested columns."""
 
     values: tuple[Any, ...]
     scene: dict[str, Any]
@@ -115,7 +115,7 @@ def _rows(
     """
     Return the rows that have a value on every axis.
 
-    Raises StoreError if there is no such row, or if an axis holds values that are no numbers.
+    Raise StoreError if there is no such row, or if an axis has values that are no numbers.
     """
     from chaincor.workflows.store.query import ONE_MASS, query_rows
 
@@ -146,10 +146,11 @@ def _rows(
 
 def _leave_out(scenes: list[dict[str, Any]], masses: str, particle: int) -> None:
     """
-    Remove the mass that is an axis from the scenes, so that scenes can be compared without it.
+    Remove the mass that is an axis from the scenes, which can then be compared without it.
 
-    Lists of masses repeat along the chain, and a scene stores the shortest form: 1, 1 is stored as
-    1. Lists are therefore expanded to the length of the chain before the mass is removed.
+    Lists of masses repeat along the chain, and a scene stores their shortest form. For example, 1,
+    1 is stored as 1. Lists are therefore expanded to the length of the chain before the mass is
+    removed.
     """
     lists = [scene.get(masses, [1.0]) for scene in scenes]
     longest = max((len(given) for given in lists if isinstance(given, list)), default=1)
@@ -158,8 +159,8 @@ def _leave_out(scenes: list[dict[str, Any]], masses: str, particle: int) -> None
             repeated = [given[i % len(given)] for i in range(longest)]
             fits = longest % len(given) == 0
             repeated[(particle - 1) % (longest if fits else len(given))] = None
-            # A list that does not fit the length of the chain keeps its own length, which marks it
-            # as different.
+            # If a list does not fit the length of the chain, it keeps its own length, which marks
+            # it as different.
             scene[masses] = repeated if fits else [*repeated, len(given)]
 
 
@@ -178,9 +179,10 @@ def _comparable(scene: dict[str, Any]) -> dict[str, Any]:
 
 def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:
     """Return the fewest keys, apart from the axes, that distinguish the scenes."""
-    # A store has one row for all tolerances of a collision, so the tolerance distinguishes no rows.
+    # In a store, all tolerances of a collision share a row, so the tolerance does not distinguish
+    # rows.
     keys = _scene_keys(rows) - {"tolerance", *axes}
-    # If the axis is a result, the points of one curve differ in the impact speed.
+    # If the axis is a result, the points on a curve differ in the impact speed.
     if _IMPACT & set(axes) or not _scene_keys(rows) & set(axes):
         keys -= _IMPACT
     if any(row.scene["speed"] is None for row in rows):
@@ -195,7 +197,7 @@ def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:
 
 
 def _scene_keys(rows: list[_Row]) -> set[str]:
-    """Return all keys that occur in the scenes of the rows."""
+    """Return all keys that occur in the rows' scenes."""
     return {key for row in rows for key in row.scene}
 
 
@@ -257,7 +259,7 @@ def _check_mean(rows: list[_Row], x: str, mean: str) -> None:
 
 
 def _means(curves: dict[str, tuple[list[Any], list[Any]]], x: str, y: str) -> "Figure":
-    """Draw the mean and quantiles at each value of x along the curves."""
+    """Draw the mean and the quantiles at each value of x along the curves."""
     from chaincor.analysis.distribution import Distribution
     from chaincor.analysis.figures.store_plots import plot_means
 
@@ -293,7 +295,7 @@ def _named(names: list[str], rows: list[_Row]) -> str:
 
 
 def _labels(names: Sequence[str], keys: Iterable[tuple[Any, ...]]) -> list[str]:
-    """Return short names of curves from their values, or full names if short names coincide."""
+    """Return names of curves from their values: short names, or full names if these coincide."""
     labels: list[str] = []
     for show in (_shown, str):
         values = ([_drawable(show(value)) for value in key] for key in keys)
@@ -304,7 +306,7 @@ def _labels(names: Sequence[str], keys: Iterable[tuple[Any, ...]]) -> list[str]:
 
 
 def _drawable(text: str) -> str:
-    """Remove characters that fonts lack from a text, and escape dollar signs."""
+    """Remove characters from a text that fonts lack, and escape dollar signs."""
     return printable(text).encode("ascii", "backslashreplace").decode().replace("$", r"\$")
 
 

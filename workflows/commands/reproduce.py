@@ -49,7 +49,7 @@ def reproduce(folder: Path, quick: bool, workers: int, as_crate: bool, as_json: 
 
 
 def describe_contents(contents: dict[str, Any], folder: Path) -> str:
-    """Return a report as text, with curves of eta, verdicts and times."""
+    """Write a report as text, with curves of eta, verdicts and times."""
     from chaincor.workflows.pages.typesetting import format_number
     from chaincor.workflows.reproduce.report import describe_found
 
@@ -77,7 +77,7 @@ def describe_contents(contents: dict[str, Any], folder: Path) -> str:
 
 
 def _curve_lines(points: list[dict[str, Any]]) -> list[str]:
-    """Return the lines of the curves, in which * marks values of the reference engine."""
+    """Write the curves as lines of text, in which * marks results of the reference engine."""
     names = list(dict.fromkeys(point["potential"] for point in points))
     cells = {}
     for p in points:

@@ -130,7 +130,7 @@ def run(
             from chaincor.workflows.sensitivity.text import describe_sensitivity
 
             say(f"\n{describe_sensitivity(result.sensitivity, result.scene)}")
-    # Print the numbers first, because pictures may fail or be interrupted.
+    # The numbers are printed first, because pictures may fail or be interrupted.
     if animate is not None:
         from chaincor.workflows.pictures.recording import write_animation
 
@@ -152,7 +152,7 @@ def _run_samples(
     most_seconds: float,
     as_json: bool,
 ) -> None:
-    """Run a scene with a temperature for many seeds, and print the statistics."""
+    """Run a scene with a temperature for many seeds, and print their statistics."""
     from chaincor.workflows.campaign.collide_many import collide_many
     from chaincor.workflows.campaign.ensemble import DEFAULT_PRECISION, describe_ensemble
 

@@ -1,4 +1,4 @@
-"""Generate command-line options for the fields of a scene from the `Scene` model."""
+"""Generate command-line options for the fields of the `Scene` model."""
 
 import contextlib
 import types
@@ -19,7 +19,7 @@ from chaincor.workflows.commands.options import option
 
 
 def _plain_types(annotation: Any) -> list[Any]:
-    """Return the plain types in an annotation with Optional, Union or Annotated."""
+    """Return the plain types inside an annotation with Optional, Union or Annotated."""
     origin = get_origin(annotation)
     if origin is tuple:
         return [tuple]
@@ -31,7 +31,7 @@ def _plain_types(annotation: Any) -> list[Any]:
 
 
 def _number_or(words: tuple[str, ...]) -> Callable[[Any], float | str]:
-    """Return a parser that accepts a number or one of some words."""
+    """Return a parser that accepts a number or one of the given words."""
 
     def read(text: str) -> float | str:
         given = number_in(text)
@@ -45,7 +45,11 @@ def _number_or(words: tuple[str, ...]) -> Callable[[Any], float | str]:
 
 
 class WordChoice(click.Choice):
-    """Choice of words in any case. The error for an unknown word suggests a similar word."""
+    """
+    Choice of words, in upper or lower case.
+
+    The error for an unknown word suggests a similar word.
+    """
 
     def __init__(self, words: tuple[str, ...]) -> None:
         super().__init__(words, case_sensitive=False)
@@ -76,7 +80,7 @@ def named_numbers(text: str) -> dict[str, float]:
     return numbers
 
 
-# This table gives the placeholder and the parser for each type. Paths stay text here, because the
+# This table gives the placeholder and the parser for each type. Paths remain text, because the
 # scene converts and checks them.
 _VALUES: dict[type, tuple[str, click.ParamType | Callable[[str], Any]]] = {
     int: ("N", click.INT),
@@ -109,7 +113,7 @@ def _option(name: str, hidden: bool = False) -> Callable[[Callable], Callable]:
 
 
 def bond_options(command: Callable) -> Callable:
-    """Add the options of a scene's bonds to a command, without showing them in its help."""
+    """Add the options of a scene's bonds to a command, but do not show them in its help."""
     for name in reversed(("potential", *BOND_KEYS)):
         command = _option(name, hidden=True)(command)
     return command
@@ -122,7 +126,7 @@ def _show_scene_help(ctx: click.Context, _parameter: click.Parameter, wanted: bo
 
 
 class SceneCommand(click.Command):
-    """Command that shows the options of its scene only with ``--help-scene``."""
+    """Command that shows the options for its scene only with ``--help-scene``."""
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
         super().__init__(*arguments, **settings)
@@ -138,7 +142,7 @@ class SceneCommand(click.Command):
         )
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the command's own options, and mention ``--help-scene``."""
+        """Write the help for the command's own options, and mention ``--help-scene``."""
         with formatter.section("Options"):
             shown = self._records(ctx)
             formatter.write_dl([shown[name] for name in shown if name not in Scene.model_fields])
@@ -149,7 +153,7 @@ class SceneCommand(click.Command):
         )
 
     def scene_help(self, ctx: click.Context) -> str:
-        """Return the help of the options of a scene, in groups."""
+        """Return the help for the options of a scene, in groups."""
         formatter = ctx.make_formatter()
         formatter.write_text(
             f"Options of `{ctx.command_path}` that describe its scene. A file "
@@ -164,7 +168,7 @@ class SceneCommand(click.Command):
         return formatter.getvalue().rstrip()
 
     def _records(self, ctx: click.Context) -> dict[str, tuple[str, str]]:
-        """Return the help record of each option, by name."""
+        """Return the help record for each option, by name."""
         options = [p for p in self.get_params(ctx) if isinstance(p, click.Option)]
         return {p.name or "": r for p in options if (r := p.get_help_record(ctx)) is not None}
 
@@ -173,8 +177,8 @@ def scene_options(*leave_out: str) -> Callable[[Callable], Callable]:
     """
     Add the argument SCENE.toml and one option for each field of a scene to a command.
 
-    The command receives ``scene_file`` and the fields as keyword arguments, except the fields in
-    `leave_out`.
+    The command receives ``scene_file``, and the fields that are not in `leave_out`, as keyword
+    arguments.
     """
 
     def decorate(command: Callable) -> Callable:
@@ -189,9 +193,9 @@ def scene_from(
     scene_file: str | None, options: dict[str, Any], beside: tuple[str, ...] = ()
 ) -> Scene:
     """
-    Build the scene from an optional file and from options, which override the file.
+    Build the scene from an optional file and from options; options override the file.
 
-    `beside` names keys of the file that belong to the command and not to the scene.
+    `beside` names keys in the file that belong to the command instead of the scene.
     """
     given = {name: value for name, value in options.items() if value is not None}
     fields = read_scene_fields(Path(scene_file)) if scene_file is not None else {}

@@ -54,7 +54,7 @@ def show(
     order = [name.strip() for name in sort.split(",")] if sort else ()
     with open_stores(stores) as store:
         for part, _ in store.parts():
-            # A damaged row is shown too, as far as its text can be read.
+            # A damaged row is also shown, if its text can be read.
             part.connection.text_factory = lambda content: content.decode(errors="replace")
         rows = query_rows(store, names, where=where, order=order, limit=limit or None)
         found = count_rows(store, where)

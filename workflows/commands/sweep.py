@@ -27,7 +27,7 @@ def _shard(text: str) -> tuple[int, int]:
 
 
 def _shard_path(store: Path, shard: tuple[int, int] | None) -> Path:
-    """Return the store of a shard, in a folder beside the store of the whole sweep."""
+    """Return the path of a shard's store, in a folder beside the store of the whole sweep."""
     if shard is None:
         return store
     return store.with_suffix(".shards") / f"{shard[0]}-of-{shard[1]}.sqlite"
@@ -151,7 +151,7 @@ def _print_forecast(
     workers: int,
     as_json: bool,
 ) -> None:
-    """Print the first points of a sweep, and the time and disk space of the whole sweep."""
+    """Print the first points of a sweep, and the time and disk space that the whole sweep needs."""
     from chaincor.workflows.campaign.cells import WINDOW
     from chaincor.workflows.campaign.forecast import forecast_cells
     from chaincor.workflows.campaign.into_store import IntoStore

@@ -15,7 +15,7 @@ _LEAST_ROWS = 4
 
 
 class _Range(click.ParamType):
-    """Range of two increasing numbers, written as LOW:HIGH."""
+    """Option value LOW:HIGH, a range between two increasing numbers."""
 
     name = "range"
 
@@ -103,6 +103,6 @@ def table(
 
 
 def describe_table(report: "TableReport") -> str:
-    """Return a report as text, with the summary in the last line."""
+    """Write a report as text, with the summary in the last line."""
     lines = [f"{name:<8} {text}" for name, text in report.lines()]
     return "\n".join([report.heading, *lines, report.summary])

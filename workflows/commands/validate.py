@@ -104,7 +104,8 @@ def validate(
         raise click.UsageError(
             f"--grid runs many scenes, and '{against}' holds one result. Leave out --grid"
         )
-    # A user's integrator may lack masses, targets and soft contacts, so its grid has none of them.
+    # A user's integrator may not support masses, targets or soft contacts, so its grid has none of
+    # them.
     scenes = grid_around(scene, bodies=against is None) if grid else [scene]
     results = []
     with progress_bar(grid, len(scenes), 0.0) as advance:
@@ -133,7 +134,11 @@ def validate(
 
 
 def _validate_result(scene: "Scene", against: str, is_given: bool) -> "Validation":
-    """Compare a LAMMPS result with its scene, by default the scene in the files beside it."""
+    """
+    Compare a LAMMPS result with the reference engine.
+
+    By default, the scene is read from the files beside the result.
+    """
     from chaincor.workflows.validation.lammps_result import read_lammps_result, validate_result
 
     found = read_lammps_result(against)
