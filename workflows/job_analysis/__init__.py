@@ -1,1 +1,1 @@
-"""Analyse the dump of a job, and write its numbers, text and page."""
+"""Analyse the dump of a job, and write the results as text and as a page."""

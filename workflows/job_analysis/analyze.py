@@ -25,40 +25,42 @@ def analyze(
     target_particles: int | None = None,
 ) -> CollisionAnalysis:
     """
-    Analyse the dump of a LAMMPS job, as ``chaincor analyze`` does.
+    Analyse the dump of a LAMMPS job, like ``chaincor analyze``.
 
     Parameters
     ----------
     folder : path
-        Folder of a job of ``chaincor inputs``, or of your own job. If subfolders contain the same
-        collision at several steps, the finest run is analysed and the others give its error.
+        Folder of a job that ``chaincor inputs`` or you wrote. If subfolders contain the same
+        collision at several time steps, the run with the smallest step is analysed, and its error
+        is found from the other runs.
     data, dump : path, optional
-        Files to read, instead of the files found in the folder.
+        Files to read; by default, files in the folder.
     scene : path, optional
-        Scene of the job, instead of a ``scene.toml`` beside the dump.
+        File with the scene of the job; by default ``scene.toml`` beside the dump.
     bond : Potential, optional
         Potential of the bonds, such as ``Scene(potential="toda").bond``; by default taken from
         ``scene.toml``.
     velocity : float, optional
         Impact speed v0; by default taken from ``scene.toml`` or the first frame.
     timestep : float, optional
-        Simulated time per step, for dumps without the time; by default taken from log or script.
+        Simulated time per step, needed if the dump contains no times; by default taken from log or
+        script.
     masses : array_like, optional
-        Masses from the wall outwards, repeated along the chain; by default taken from dump, data
-        file or scene.
+        Masses from the wall outwards, which are repeated along the chain; by default taken from the
+        dump, the data file or the scene.
     target_particles : int, optional
-        Number of particles of a free target, at the lowest x; by default taken from ``scene.toml``
-        or the dump.
+        Number of particles in a free target, which are those with the lowest x; by default taken
+        from ``scene.toml`` or the dump.
 
     Returns
     -------
     CollisionAnalysis
-        The analysis; its `target` is None for a wall.
+        Results of the analysis. The attribute `target` is None for a wall.
 
     Raises
     ------
     InputError
-        If the files do not fit together or do not show a collision.
+        If the files contradict each other or do not show a collision.
 
     Examples
     --------

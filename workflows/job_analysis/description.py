@@ -1,4 +1,4 @@
-"""Write an analysis as text, as ``chaincor analyze`` prints it."""
+"""Write an analysis as text for ``chaincor analyze``."""
 
 from chaincor.analysis.observables import rows_of
 from chaincor.analysis.results import CollisionAnalysis
@@ -7,7 +7,7 @@ from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
 
 def describe_analysis(analysis: CollisionAnalysis) -> str:
-    """Describe the results in a few lines of text, with the caveats at the end."""
+    """Describe the results in a few lines of text, with caveats at the end."""
     notes = [f"note: {caveat}" for caveat in analysis.caveats]
     rows = named_lines(rows_of(analysis, dump=True))
     return "\n".join([analysis.heading, "", *rows, "", *notes])

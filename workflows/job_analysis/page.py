@@ -1,4 +1,4 @@
-"""Write the page of an analysis: numbers, their meaning, figures and data files."""
+"""Write a page about an analysis: results, their meaning, figures and data files."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -72,7 +72,7 @@ def write_analysis_page(
     analysis: CollisionAnalysis, folder: Path, beside: Mapping[Path, str], units: UnitSystem
 ) -> None:
     """
-    Write ``analysis.html`` into the folder that `write_report` has filled.
+    Write ``analysis.html`` into the folder to which `write_report` has written.
 
     `beside` describes each other file in the folder, and `units` are the units of the dump.
     """
@@ -117,5 +117,5 @@ def write_analysis_page(
     write_page(folder / PAGE, "chaincor.workflows.job_analysis", contents)
 
 
-# The page also explains these labels, which are no names of observables.
+# The page also explains these labels, although they are no names of observables.
 _BESIDE = ("v*", "frames", "format and reading", "anharmonic remainder")

@@ -1,1 +1,1 @@
-"""Write HTML pages about runs, in one design and without links to other files."""
+"""Write self-contained HTML pages about runs, all with the same design."""

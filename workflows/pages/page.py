@@ -1,4 +1,4 @@
-"""Write a page as one HTML file, with embedded figures and a list of files."""
+"""Write a page as a single HTML file, with embedded figures and a list of files."""
 
 import base64
 import csv
@@ -28,12 +28,12 @@ from chaincor.workflows.terminal_text import csv_cell
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# A page embeds larger SVG figures as PNG.
+# If an SVG figure is larger, the page embeds it as PNG.
 _LARGEST_SVG = 400_000
 
 
 def page_environment(package: str) -> Environment:
-    """Return the Jinja environment of a package whose templates extend ``page.html.j2``."""
+    """Return the Jinja environment for a package whose templates extend ``page.html.j2``."""
     environment = Environment(
         loader=ChoiceLoader([PackageLoader(package), PackageLoader("chaincor.workflows.pages")]),
         autoescape=lambda name: name is not None and name.endswith("html.j2"),
@@ -53,7 +53,7 @@ def page_environment(package: str) -> Environment:
 
 
 def data_uri(rendered: Mapping[str, bytes]) -> str:
-    """Return a figure as a data URI: ``svg``, or ``png`` if the SVG is missing or too large."""
+    """Return a figure as a data URI, in SVG, or in PNG if the SVG is missing or too large."""
     kind = "svg" if len(rendered.get("svg", bytes(_LARGEST_SVG + 1))) <= _LARGEST_SVG else "png"
     media = {"svg": "image/svg+xml", "png": "image/png"}[kind]
     return f"data:{media};base64,{base64.b64encode(rendered[kind]).decode()}"
@@ -63,7 +63,7 @@ def drawn_figures(
     folder: Path, about: Mapping[str, tuple[str, str]], alt: str
 ) -> list[dict[str, Any]]:
     """
-    Return the PNG and SVG figures of a folder, in the order of `about`.
+    Return the PNG and SVG figures in a folder, in the order of `about`.
 
     `about` has a title and a caption for each name. `alt` describes the collision in the figures.
     """
@@ -78,14 +78,14 @@ def drawn_figures(
 
 
 def listed_file(path: Path, holds: str) -> dict[str, Any]:
-    """Return a file's entry in a page, with name, content, size in bytes and SHA-256."""
+    """Return the entry for a file in a page: name, content, size in bytes and SHA-256."""
     with path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     return {"name": path.name, "holds": holds, "size": path.stat().st_size, "sha256": digest}
 
 
 def files_written(folder: Path, holds: Mapping[str, str]) -> list[dict[str, Any]]:
-    """List the files of a folder; `holds` describes them by name, or by ``*`` and suffix."""
+    """List the files in a folder; `holds` describes each by its name, or by ``*`` and suffix."""
     return [
         listed_file(path, holds.get(path.name, holds.get(f"*{path.suffix}", "")))
         for path in sorted(folder.iterdir())
@@ -93,19 +93,19 @@ def files_written(folder: Path, holds: Mapping[str, str]) -> list[dict[str, Any]
 
 
 def write_page(path: Path, package: str, contents: Mapping[str, Any]) -> None:
-    """Write a page from a package's template of the same name."""
+    """Write a page from the template with the same name."""
     template = page_environment(package).get_template(f"{path.name}.j2")
     path.write_text(template.render(**contents), encoding="utf-8")
 
 
 @dataclass(frozen=True)
 class StudyReport:
-    """Writer of a study's files: a page, JSON, tables as CSV, and figures as PNG and SVG."""
+    """Writer of a study's files: page, JSON, tables as CSV, and figures as PNG and SVG."""
 
-    name: str  #: Name of the page, of the JSON file and of the template, without the ending.
-    package: str  #: Package that holds the template.
-    tables: Mapping[str, str]  #: Description of each table, by the name of its file.
-    #: Title and caption of each figure, by the name of its file.
+    name: str  #: Name of page, JSON file and template, without their endings.
+    package: str  #: Package that contains the template.
+    tables: Mapping[str, str]  #: Description of each table, by file name.
+    #: Title and caption of each figure, by file name.
     figures: Mapping[str, tuple[str, str]]
 
     @property
@@ -114,7 +114,7 @@ class StudyReport:
         return f"{self.name}.html"
 
     def judge(self, folder: Path) -> None:
-        """Raise InputError if the folder is a file, or contains other files with these names."""
+        """Raise InputError if the folder is a file, or if the study would overwrite other files."""
         drawn = (f"{name}.{ending}" for name in self.figures for ending in ("png", "svg"))
         judge_folder(folder, self.page, (f"{self.name}.json", *self.tables, *drawn))
 
@@ -127,11 +127,11 @@ class StudyReport:
         contents: Mapping[str, Any],
     ) -> None:
         """
-        Write the data first, then figures and the page.
+        Write the data first, then the figures and the page.
 
         If a figure fails, the data are already in the folder. `plain` is the content of the JSON
         file, `tables` maps names to rows, and `drawn` maps names to axes. `contents` are the values
-        for the page's template; `shown` is the subject of the figures.
+        for the template of the page, and `shown` describes the subject of the figures.
         """
         data = f"{self.name}.json"
         holds = {data: "all numbers of the study", **self.tables}

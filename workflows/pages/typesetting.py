@@ -24,14 +24,14 @@ _SYMBOLS = {
 
 
 def symbols(text: str) -> str:
-    """Replace words of the terminal, such as eta and +-, by mathematical symbols."""
+    """Replace words for the terminal, such as eta and +-, by mathematical symbols."""
     for spelt, symbol in _SYMBOLS.items():
         text = re.sub(spelt, symbol, text)
     return text
 
 
 def mark_up(text: str) -> Markup:
-    """Return a text as HTML, with powers, indices, and links from ``[words](#place)``."""
+    """Convert a text to HTML, with powers, indices, and links from ``[words](#place)``."""
     marked = str(escape(typeset(text)))
     marked = re.sub(r"\[([^\]]+)\]\((#[\w-]+)\)", r'<a href="\2">\1</a>', marked)
     marked = re.sub(r"\^(?:\(((?:[^()]|\([^()]*\))*)\)|([^\W_]+))", _inside("sup"), marked)
@@ -62,7 +62,11 @@ def format_short(value: float) -> str:
 
 
 def format_fitted(value: float, error: float) -> str:
-    """Format a fitted number. A fit to two points has no error and gets two digits and a remark."""
+    """
+    Format a fitted number.
+
+    A fit to two points has no error. Its result gets two digits and a remark.
+    """
     if math.isfinite(error) or not math.isfinite(value):
         return format_value(value, error)
     return typeset(f"{value:.2g} (no bar)")

@@ -1,8 +1,8 @@
 """
 Translate the named bonds from the Python of ``lammps_inputs.bonds.potentials`` to JavaScript.
 
-The translation covers the Python that formulas use: arithmetic, calls, names that are assigned
-once, and return statements, also in an if statement.
+The translation covers those parts of Python that formulas use: arithmetic, calls, names that are
+assigned once, and return statements, which may be in an if statement.
 """
 
 import ast
@@ -16,8 +16,8 @@ from chaincor.lammps_inputs.bonds.named_bond import NamedBond
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import CHAIN_POTENTIALS, BondKeys
 
-# This table translates names of functions from Python to JavaScript. Functions defined in
-# `bonds.js` keep their names.
+# This table translates names of functions from Python to JavaScript. Functions that `bonds.js`
+# defines keep their names.
 _CALLS = {
     "minimum": "Math.min",
     "maximum": "Math.max",
@@ -33,7 +33,7 @@ _CALLS = {
 }
 _OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Mod: "%"}
 _COMPARISONS = {ast.Eq: "===", ast.Lt: "<", ast.Gt: ">", ast.LtE: "<=", ast.GtE: ">="}
-# This table gives the name of each limit of a bond on the page.
+# This table gives the page's name for each limit of a bond.
 _LIMITS = {
     "strain_min": "floor",
     "dissociation": "depth",
@@ -43,13 +43,13 @@ _LIMITS = {
 
 
 def bonds_script() -> str:
-    """Return JavaScript for ``BONDS``, the functions of each bond, and for ``BOND_FORM``."""
+    """Return JavaScript that defines ``BONDS``, the functions of each bond, and ``BOND_FORM``."""
     bonds = "\n".join(f"  {name}: {_bond(cls)}," for name, cls in CHAIN_POTENTIALS.items())
     return f"const BONDS = {{\n{bonds}\n}};\nconst BOND_FORM = {{\n{_forms()}\n}};"
 
 
 def bonds_form() -> list[tuple[str, str, float]]:
-    """Return the key, label and default value of each parameter in the form."""
+    """Return the key, the label and the default value for each parameter in the form."""
     return [(key, *_form(key)[:2]) for cls in CHAIN_POTENTIALS.values() for key in cls.keys]
 
 
@@ -109,7 +109,7 @@ def _differs(cls: type[NamedBond], name: str) -> bool:
 
 
 def _value(cls: type[NamedBond], name: str) -> str:
-    """Return a limit of a bond as JavaScript: a number, or the formula of a property."""
+    """Return a limit of a bond in JavaScript, as a number or as the formula of a property."""
     found = inspect.getattr_static(cls, name)
     if not isinstance(found, property):
         return json.dumps(found)
@@ -123,7 +123,7 @@ def _function(function: Callable) -> str:
 
 
 def _body(function: Callable, result: str) -> list[str]:
-    """Return the statements of a function in JavaScript, with the returned value in `result`."""
+    """Return the statements of a function in JavaScript; `result` gets the returned value."""
     (tree,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
     assert isinstance(tree, ast.FunctionDef)
     return [line for statement in tree.body for line in _statement(statement, result)]
@@ -132,7 +132,7 @@ def _body(function: Callable, result: str) -> list[str]:
 def _statement(statement: ast.stmt, result: str) -> list[str]:
     match statement:
         case ast.Expr(value=ast.Constant()):
-            return []  # A docstring has no translation.
+            return []  # A docstring is not translated.
         case ast.Assign(targets=[ast.Name(id=name)], value=value):
             text = _expression(value)
             return [] if text == name else [f"const {name} = {text};"]
@@ -150,7 +150,7 @@ def _expression(node: ast.expr) -> str:
             return json.dumps(value)
         case ast.Attribute(value=ast.Name(id="math"), attr="inf"):
             return "Infinity"
-        # Parameters of an object become plain names.
+        # Attributes of an object become plain names.
         case ast.Attribute(attr=name) | ast.Name(id=name):
             return name
         case ast.UnaryOp(op=ast.USub(), operand=operand):
@@ -164,6 +164,6 @@ def _expression(node: ast.expr) -> str:
         case ast.Call(func=ast.Attribute(attr="asarray"), args=[argument]):
             return _expression(argument)
         case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name), args=arguments):
-            # Kernels call the functions of their closure by short names.
+            # Kernels call the functions in their closure by short names.
             return f"{_CALLS[name]}({', '.join(map(_expression, arguments))})"
     raise TypeError(f"'{ast.unparse(node)}' in a bond's formula has no translation")

@@ -11,7 +11,7 @@ from chaincor.workflows.versions import versions
 
 MOST_PARTICLES = 500
 _FOLDER = Path(__file__).parent / "live"
-# The page and its workers share the parts of the kernel. Only the page has the other parts.
+# The page and its workers share the scripts of the kernel. The other scripts are only in the page.
 _KERNEL = ("bonds", "line", "ending", "warm", "modes", "film", "collide")
 _PAGE = ("figures", "pictures", "graphs", "form", "words", "page", "controls")
 

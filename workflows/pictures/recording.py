@@ -1,4 +1,4 @@
-"""Record the motion of a collision at regular times, by the reference engine, for pictures."""
+"""Record the motion in a collision with the reference engine, for pictures."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -12,7 +12,7 @@ from chaincor.workflows.engines.reference import adaptive, modal, stepping
 if TYPE_CHECKING:
     from chaincor.workflows.result import Collision
 
-# No picture shows an error this small.
+# An error as small as this is invisible in a picture.
 _ACCURACY = 1e-6
 _SCHEME: Final = "order8"
 
@@ -21,8 +21,9 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     """
     Compute a collision and return frames of the motion.
 
-    Frames are `interval` apart in time, from the first contact to the end of the run, and include a
-    free target. The reference engine chooses its numerics; those of the scene are ignored.
+    The time between frames is `interval`. They extend from the first contact to the end of the run,
+    and include a free target. The reference engine chooses the numerics, and those of the scene are
+    ignored.
     """
     if modal.supports(scene.problem):
         return modal.run(scene.problem, interval)
@@ -33,7 +34,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
 
 
 def follow_to_the_end(result: "Collision") -> Outcome:
-    """Return about 400 frames of a collision, the last of which show the departing chain."""
+    """Return about 400 frames of a collision. The last frames show the departing chain."""
     end = result.shown_until
     outcome = record_motion(result.scene, end / 400.0)
     frames = outcome.frames
@@ -43,9 +44,10 @@ def follow_to_the_end(result: "Collision") -> Outcome:
 
 def write_animation(result: "Collision", path: str, pictures: int = 60) -> None:
     """
-    Draw a collision until shortly after its last contact, as ``.gif``, or ``.mp4`` with ffmpeg.
+    Write an animation of a collision that ends shortly after the last contact.
 
-    The animation has 25 `pictures` per second. Raises InputError for another suffix.
+    The file is a ``.gif``, or with ffmpeg an ``.mp4``. It shows `pictures` frames, 25 per second.
+    Raise InputError for another suffix.
     """
     from chaincor.analysis.figures.animation import animate_collision
 

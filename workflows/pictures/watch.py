@@ -25,7 +25,7 @@ _WIDEST = 100
 
 
 def find_terminal() -> Console:
-    """Return standard error as the terminal for drawing; raise InputError if it is none."""
+    """Return the terminal of standard error for drawing; raise InputError if there is none."""
     console = Console(stderr=True)
     if not console.is_terminal:
         raise InputError(
@@ -44,7 +44,7 @@ def watch(result: "Collision", console: Console) -> None:
 
 
 def moments(scene: Scene, outcome: Outcome, columns: int) -> Iterator[Text]:
-    """Draw a collision frame by frame, with the time, the number of contacts, and the chain."""
+    """Yield a drawing for each frame, with the time, the number of contacts, and the chain."""
     frames = outcome.frames
     assert frames is not None
     u, v = frames.along_x()

@@ -1,1 +1,1 @@
-"""Show a result as lines of text, as a table in a notebook, or as pictures."""
+"""Show results as text, as tables in notebooks, or as pictures."""

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MovingPicture:
-    """A GIF that a notebook plays."""
+    """GIF that a notebook plays."""
 
-    data: bytes  #: The file.
+    data: bytes  #: Contents of the GIF file.
 
     def save(self, path: Path | str) -> Path:
         """Write the GIF to a file, and return its path."""
@@ -44,9 +44,9 @@ class Plots:
     Pictures of a result.
 
     Each method draws into the ``matplotlib.axes.Axes`` given as `ax`, or into a new figure, and
-    returns the axes. A notebook shows them below the cell. In a script,
-    ``ax.figure.savefig("lines.png")`` writes them to a file, and ``plt.show()`` shows them if
-    pyplot was imported before. Pictures of the motion repeat the collision.
+    returns the axes. A notebook shows the picture below the cell. In a script,
+    ``ax.figure.savefig("lines.png")`` writes the picture to a file, and ``plt.show()`` shows it if
+    pyplot was imported before. Methods that draw the motion compute the collision again.
     """
 
     def __init__(self, result: ResultMotion) -> None:
@@ -59,20 +59,21 @@ class Plots:
         self, ax: "Axes | None" = None, *, magnification: float | None = None
     ) -> "Axes":
         """
-        Draw positions against time, contacts, and the sound wave of the first contact.
+        Draw positions against time, contacts, and the sound wave from the first contact.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
             Axes for the picture.
         magnification : float, optional
-            Factor on the displacements; the default makes them visible.
+            Factor by which displacements are enlarged; by default, it is chosen to make them
+            visible.
 
         Raises
         ------
         InputError, RunError
-            If the motion cannot be repeated (see ``result.trajectory``), or if the magnification is
-            not a positive finite number.
+            If the motion cannot be computed again (see ``result.trajectory``), or if the
+            magnification is not a positive finite number.
         """
         from chaincor.analysis.figures.trajectories import plot_trajectories
 
@@ -95,13 +96,13 @@ class Plots:
 
         For a broken chain, the picture shows kinetic energies, because the potential energy of a
         broken bond belongs to no mode. For a harmonic chain of equal masses that hits a hard wall
-        without vibrations, it also shows the theory of Basile and Dumont, in which all contacts are
-        alike.
+        without vibrations, the picture also shows the theory of Basile and Dumont, which assumes
+        that all contacts are alike.
 
         Raises
         ------
         InputError
-            If the chain has only one particle, or bonds that only push. Such bodies have no modes.
+            If the chain has only one particle, or bonds that only push. Such chains have no modes.
         """
         from chaincor.analysis.figures.modes import plot_spectrum
         from chaincor.analysis.modes import kinetic_mode_energies
@@ -127,10 +128,10 @@ class Plots:
 
     def energy(self, ax: "Axes | None" = None) -> "Axes":
         """
-        Draw translational and vibrational energy against time, over the energy at impact.
+        Draw translational and vibrational energy against time, relative to the energy at impact.
 
-        With a free target, each energy is the sum over both bodies. During a soft contact, the
-        fractions do not add up to 1, because the contact stores the rest.
+        If the target is free, each energy is the sum over both bodies. During a soft contact, the
+        fractions do not add up to 1, because the contact stores the rest of the energy.
 
         Raises
         ------
@@ -144,8 +145,8 @@ class Plots:
         translation = np.sum([body.translation for body in bodies], axis=0)
         vibration = np.sum([body.vibration for body in bodies], axis=0)
         times = bodies[0].series_times
-        # A hard contact changes the translation at once, so the curve starts with the value before
-        # the first contact.
+        # A hard contact changes the translational energy at once, so the curve starts with the
+        # value before the first contact.
         whole = float(translation[0] + vibration[0])
         before = 0.5 * float(np.sum(self._masses)) * result.velocity**2
         begin = min(float(times[0]), -0.05 * result.last_contact_time)
@@ -174,7 +175,7 @@ class Plots:
         Raises
         ------
         InputError
-            If the quantity is neither of the two.
+            If the quantity is neither ``intervals`` nor ``speeds``.
         """
         from chaincor.analysis.figures.time_series import (
             plot_contact_intervals,
@@ -197,7 +198,7 @@ class Plots:
         self, path: Path | str | None = None, *, pictures: int = 120
     ) -> "MovingPicture | Path":
         """
-        Make an animation of the velocities of all particles, with the chain itself below.
+        Make an animation of the particles' velocities, with the chain itself below.
 
         Parameters
         ----------
@@ -214,8 +215,8 @@ class Plots:
         Raises
         ------
         InputError, RunError
-            If the suffix is another, if `pictures` is not a positive whole number, or if the motion
-            cannot be repeated.
+            If the file has another suffix, if `pictures` is not a positive whole number, or if the
+            motion cannot be computed again.
         """
         from chaincor.analysis.figures.animation import animate_collision
 
@@ -251,12 +252,12 @@ class Plots:
 
     @property
     def _lightness(self) -> float:
-        """Return the stiffness over the mean mass, which is the square of the speed of sound."""
+        """Return the square of the speed of sound, the stiffness divided by the mean mass."""
         return (self._result.stiffness or 1.0) / float(np.mean(self._masses))
 
     @property
     def _special(self) -> bool:
-        """Return whether the scene has masses, vibrations, a target or a soft contact."""
+        """Return whether the scene gives masses, vibrations, a target or a soft contact."""
         return self._result.velocity_after is not None
 
     @property
@@ -269,7 +270,7 @@ class Plots:
         if result.vibrational_energy is None or result.translational_energy is None:
             return translation
         if result.target_particles is None:
-            # The wall takes no energy, so the energy afterwards equals the energy before.
+            # The wall takes no energy, so the energy after the collision equals the energy before.
             return result.translational_energy + result.vibrational_energy
         return float(result.history.translation[0] + result.history.vibration[0])
 

@@ -1,4 +1,4 @@
-"""Show a result as a table in a notebook, and a list of results as a table anywhere."""
+"""Show a result as a table in notebooks, and a list of results as a table everywhere."""
 
 from collections.abc import Sequence
 from html import escape
@@ -11,7 +11,7 @@ from chaincor.workflows.showing.text import closing, heading
 
 Result = TypeVar("Result", bound=Observed)
 
-# Cells have no colours of their own, because light colours would be wrong in a dark theme.
+# Cells get no colours, because light colours would be wrong in a dark theme.
 _CELL = "text-align: left; padding: 0.1em 1em 0.1em 0"
 _QUIET = "text-align: left; font-size: 90%; opacity: 0.75"
 
@@ -40,9 +40,9 @@ def _named(name: str) -> str:
 
 def aligned(lines: Sequence[Sequence[str]]) -> str:
     """
-    Write lines of cells as columns.
+    Write rows of cells as aligned columns.
 
-    The rich library is not used, because it takes minutes for 100000 rows.
+    The library rich is not used here, because it takes minutes for 100000 rows.
     """
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     return "\n".join(
@@ -52,7 +52,7 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
 
 
 class ResultTable(list[Result]):
-    """List of results that is shown as a table with one line per result."""
+    """List of results that is displayed as a table with one line per result."""
 
     def __repr__(self) -> str:
         if not self:

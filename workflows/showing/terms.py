@@ -91,7 +91,7 @@ OF_VALIDATIONS = {
 
 ALL_TERMS = TERMS | TERMS_OF_DUMPS | OF_STUDIES | OF_SCRIPTS | OF_TABLES | OF_VALIDATIONS
 
-# Users also look up these words.
+# Users also look for these words. Each group is explained under the term on its left.
 _ALSO = {
     "cause integrator": ("integrator",),
     "cause rounding": ("rounding",),
@@ -105,5 +105,5 @@ _ALSO = {
     "mode_energies": ("target_mode_energies",),
     "error bars": ("agrees", "differs"),
 }
-# This table gives, for other words, the term that explains them.
+# For other words, this table gives the term under which they are explained.
 OTHER_NAMES = OTHER_WORDS | {word: term for term, words in _ALSO.items() for word in words}

@@ -1,4 +1,4 @@
-"""Write a result as lines of text, as ``chaincor run`` prints it."""
+"""Write a result as lines of text for ``chaincor run``."""
 
 from chaincor.analysis.observables import Observed, rows_of
 from chaincor.analysis.showing.lines import count_text, masses_text
