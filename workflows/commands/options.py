@@ -53,7 +53,7 @@ def say(text: object, *, err: bool = False) -> None:
 
 
 def tell(plain: Mapping[str, Any], text: str, as_json: bool, scene: "Scene | None" = None) -> None:
-    """Print a result as text, or as one JSON object with the keys that are common to all results."""
+    """Print a result as text, or as one JSON object with the keys common to all results."""
     say(json_text(plain, scene) if as_json else text)
 
 
