@@ -1,1 +1,1 @@
-"""The engines against other people's, as ratios from one run."""
+"""Compare the engines with integrators of other authors, as ratios from one run."""

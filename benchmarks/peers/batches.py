@@ -1,12 +1,13 @@
 """
-Comparison of Heyoka's batch mode with the reference engine, over eight collisions at once.
+Compare heyoka's batch mode with the reference engine, for eight collisions.
 
     python -m benchmarks.peers.batches
 
-Lennard-Jones chains of 100 particles at eight speeds, each to its last contact, whose time both
-know, with eta within 1e-11. Heyoka carries all eight in the lanes of a vector, ours one after the
-other. For both, the coarsest setting counts that suffices for all eight; times are of the
-processor, the least of some turns, and without compiling.
+Lennard-Jones chains of 100 particles at eight speeds are integrated to their last contacts, with
+eta within 1e-11. Both programs are given the times of the last contacts. heyoka integrates all
+eight chains in the lanes of a vector, and the reference engine one after the other. Both use the
+coarsest setting that is accurate enough for all eight chains. Times are the shortest processor
+times of several rounds, without compiling.
 """
 
 import argparse
@@ -30,7 +31,7 @@ TURNS = 5
 
 
 class HeyokaBatch:
-    """Heyoka's adaptive Taylor integrator for several scenes, with a terminal event at the wall."""
+    """heyoka's adaptive Taylor integrator for several scenes, with a terminal event at the wall."""
 
     def __init__(self, scenes: list[Scene], tolerance: float) -> None:
         import heyoka as hy
@@ -54,7 +55,7 @@ class HeyokaBatch:
         )
 
     def run(self, ends: list[float]) -> np.ndarray:
-        """Return the states at the ends, one a column."""
+        """Return the states at the end times, one per column."""
         self._integrator.set_time(0.0)
         self._integrator.state[:] = self._start
         self._integrator.reset_cooldowns()

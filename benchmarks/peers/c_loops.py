@@ -1,4 +1,4 @@
-"""Comparison of the reference engine's loops over bonds with the same loops in C."""
+"""Compare the reference engine's loops over bonds with the same loops in C."""
 
 import ctypes
 import subprocess
@@ -47,7 +47,7 @@ def compile_c(folder: Path) -> ctypes.CDLL:
 
 
 def compile_ours() -> tuple[Callable, Callable]:
-    """Return our loops, repeated inside compiled code so that calls cost nothing."""
+    """Return our loops, which are repeated in compiled code to avoid the cost of calls."""
     compiler = LoopCompiler.for_force(lj_force, keep=False)
     kernel, parameters = compiler.register(lj_force), NoParameters()
     stage = looped_stages(KernelSpec(kernel, compiler.register)).stage
@@ -65,7 +65,7 @@ def compile_ours() -> tuple[Callable, Callable]:
 
 
 def compare_loops(particles: int, c_loops: ctypes.CDLL, ours: tuple) -> dict[str, float]:
-    """Return nanoseconds per bond of the force loop and of a whole stage, ours and in C."""
+    """Return nanoseconds per bond of a force loop and of a whole stage, for our loops and C."""
     rng = np.random.default_rng(1)
     bonds, repeats = particles - 1, 2_000_000 // particles
     strain = rng.uniform(-0.01, 0.01, bonds)
@@ -88,7 +88,7 @@ def compare_loops(particles: int, c_loops: ctypes.CDLL, ours: tuple) -> dict[str
     for run in runs.values():
         run()
     best = dict.fromkeys(runs, np.inf)
-    for _ in range(7):  # in turns, so that a slow moment of the machine hits all alike
+    for _ in range(7):  # all loops alternate, because the machine may be slow for a moment
         for name, run in runs.items():
             best[name] = min(best[name], timed(run))
     result = {"particles": float(particles)}

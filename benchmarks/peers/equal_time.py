@@ -1,7 +1,7 @@
-"""Print how much smaller the event wall's error is than the stock wall's in the same time.
+"""Print the ratio of the stock wall's error to the event wall's error in the same time.
 
-The stock recipe is fix wall/reflect with Verlet at dt 0.005. Both walls are run in LAMMPS, over
-eight nearby steps each, in turns; errors are the root mean square, times the medians.
+The stock wall is fix wall/reflect with Verlet steps of 0.005. Both walls alternate in LAMMPS, each
+with eight nearby time steps. Errors are root mean squares, and times are medians.
 
 Run: python -m benchmarks.peers.equal_time
 """
@@ -27,19 +27,19 @@ SCENES = (
     {"potential": "lj", "speed": 0.4},
     {"potential": "lj", "speed": 1.0},
 )
-# In units of the most compressed bond's 1/frequency.
+# Steps in units of 1/frequency of the most compressed bond.
 STEPS = {
     "verlet": (0.1, 0.05, 0.025, 0.0125),
     "order6": (0.56, 0.4, 0.28, 0.2),
     "order8": (0.8, 0.67, 0.56, 0.48, 0.4, 0.34, 0.28, 0.2, 0.14, 0.1, 0.07),
 }
-# Geometric means over the scenes, at the stock wall's time and at four times that.
+# Required geometric means of the ratio, in 1 and 4 times the time of the stock wall.
 WANTED = {1: 300.0, 4: 1e6}
 
 
 @dataclass(frozen=True)
 class EqualTime:
-    """Gain of the event wall in one scene: from factor of time to ratio of errors and setting."""
+    """Ratio of errors in a scene, and setting of the event wall, by factor of the time."""
 
     name: str
     stock_error: float
@@ -49,7 +49,7 @@ class EqualTime:
 
 
 def compare(fields: dict, phases: int = STOCK_PHASES) -> EqualTime:
-    """Measure one scene."""
+    """Measure the ratios of errors in a scene."""
     scene = Scene(particles=100, **fields)
     reference_value = find_reference(scene)
     spline = None if fields["potential"] == "harmonic" else "spline"
@@ -77,12 +77,12 @@ def compare(fields: dict, phases: int = STOCK_PHASES) -> EqualTime:
 
 
 def geometric_mean(results: list[EqualTime], factor: int) -> float:
-    """Return the mean ratio of errors at a factor of the stock wall's time."""
+    """Return the mean ratio of errors for a factor of the stock wall's time."""
     return float(np.exp(np.mean([np.log(result.ratios[factor]) for result in results])))
 
 
 def main() -> None:
-    """Print the ratios and fail if a mean is below what is wanted."""
+    """Print the ratios; fail if a mean is below the required mean."""
     argparse.ArgumentParser(description=__doc__).parse_args()
     print("| scene | stock error | stock ms | ratio | by | ratio at 4 times | by |")
     print("|---|---|---|---|---|---|---|")

@@ -1,8 +1,8 @@
-"""Print what the event wall costs: an event-driven Verlet run against a bare `run N`.
+"""Print the time of an event-driven Verlet run, divided by the time of a bare `run N`.
 
-The bare run takes as many steps of the same chain, without wall and guard, in one command. Both are
-timed in turn in this process; the ratio of medians is printed with the quartiles of the single
-ratios and, for a machine with other work to do, the ratio of the shortest times.
+The bare run has as many steps of the same chain, in one command and without wall and checks. Both
+runs alternate in this process. The ratio of the median times is printed, with the quartiles of
+single ratios. The ratio of the shortest times is for busy machines.
 
 Run: python -m benchmarks.peers.event_overhead
 """
@@ -30,13 +30,13 @@ BONDS = (
 
 
 def time_bare_run(scene: Scene, numerics: Numerics, table: BondTable | None, steps: int) -> float:
-    """Return the seconds of one `run` command of a vibrating chain without wall."""
+    """Return the seconds of one `run` command for a vibrating chain without a wall."""
     with (
         tempfile.TemporaryDirectory() as name,
         LammpsChain(scene.problem, numerics, table, Path(name)) as chain,
     ):
         chain.commands("run 0 post no")
-        # Away from the wall, all but particle 1: the chain vibrates.
+        # Particle 1 moves towards the wall and all others away from it. The chain vibrates.
         chain.v[1:] *= -1.0
         chain.v[0] *= 0.5
         started = time.perf_counter()
@@ -45,14 +45,14 @@ def time_bare_run(scene: Scene, numerics: Numerics, table: BondTable | None, ste
 
 
 def measure(fields: dict, particles: int, timestep: float, repeats: int) -> tuple[float, ...]:
-    """Return ratio of medians, quartiles, ratio of minima, microseconds of a bare step."""
+    """Return ratio of medians, quartiles, ratio of minima, and microseconds per bare step."""
     scene = Scene(particles=particles, scheme="verlet", timestep=timestep, **fields)
     numerics = Numerics.from_scene(scene)
     first = lammps.run(scene.problem, numerics)
     steps = first.force_evaluations
     table = None
     if fields["potential"] != "harmonic":
-        # As long a table, over twice the strains: a bare run cannot widen it.
+        # The table has as many rows for twice the strains, because a bare run cannot widen it.
         bond_range = (2.0 * first.bond_min - 1.0, 2.0 * first.bond_max - 1.0)
         table = tabulate(scene.bond, bond_range, rows=first.details["table"]["rows"])
     events, bare = [], []
@@ -66,7 +66,7 @@ def measure(fields: dict, particles: int, timestep: float, repeats: int) -> tupl
 
 
 def main() -> None:
-    """Print the ratios and fail if one is over the limit."""
+    """Print the ratios; fail if a ratio is above the limit."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=9)
     repeats = parser.parse_args().repeats

@@ -1,4 +1,4 @@
-"""Other people's integrators, set up for the same collision, and how they are compared."""
+"""Integrators of other authors for the same collision, and functions to compare them."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 
 
 def timed(function: Callable[[], object]) -> float:
-    """Return the seconds of the processor a call takes, whatever else the machine does."""
+    """Return the processor time of a call, in seconds."""
     started = time.thread_time()
     function()
     return time.thread_time() - started
@@ -19,7 +19,7 @@ def timed(function: Callable[[], object]) -> float:
 def coarsest(
     settings: Iterable[float], error_of: Callable[[float], float], wanted: float
 ) -> tuple[float, float]:
-    """Return the coarsest of settings, coarse to fine, from which on all are within an error."""
+    """Return the coarsest setting after which all finer settings have at most the wanted error."""
     chosen: tuple[float, float] | None = None
     for setting in settings:
         error = error_of(setting)
@@ -41,18 +41,18 @@ def start_state(scene: Scene) -> np.ndarray:
 
 
 def lj_powers(strain):
-    """Return the lj force as two powers: of the ways to write it, heyoka's quickest."""
+    """Return the lj force as two powers, which is the fastest form in heyoka."""
     length = 1.0 + strain
     return (length**-13.0 - length**-7.0) / 6.0
 
 
 def lj_products(strain):
-    """Return the lj force as products of 1/r, as ours and the loops in C have it."""
+    """Return the lj force as products of 1/r, as in our loops and in C."""
     return lj_force(strain, LennardJones().parameters)
 
 
 class HeyokaChain:
-    """Heyoka's adaptive Taylor integrator in compact mode, with a terminal event at the wall."""
+    """heyoka's adaptive Taylor integrator in compact mode, with a terminal event at the wall."""
 
     def __init__(self, scene: Scene, tolerance: float, force_of: Callable = lj_powers) -> None:
         import heyoka as hy

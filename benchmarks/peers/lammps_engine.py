@@ -1,11 +1,12 @@
-"""Print how long LAMMPS takes for eta to 1e-10 against heyoka and SciPy's DOP853.
+"""Print the time of LAMMPS for eta to 1e-10, and ratios to heyoka and SciPy's DOP853.
 
-All integrate a Lennard-Jones chain of 100 particles at 0.4 v*, each with its coarsest setting from
-which on all finer ones are good. LAMMPS, with composed steps and with extrapolated ones, finds the
-last contact and shows that no other follows. Peers are timed in three tasks: up to just past the
-last contact, whose time they are given (*last*); with a look ahead, as LAMMPS does it, with a loose
-tolerance to the end of LAMMPS's argument (*look*); and to that end as they are (*end*).
-Compiling and set-up are apart; times are those of the processor, whatever else the machine does.
+All programs integrate a Lennard-Jones chain of 100 particles at 0.4 v*. Each uses the coarsest
+setting after which all finer settings are accurate enough. LAMMPS, with composed and with
+extrapolated steps, finds the last contact and shows that no contact follows. Its peers are timed in
+three tasks. In *last* they are given the time of the last contact, and stop slightly later. In
+*look* they continue with a loose tolerance to the time at which LAMMPS's argument for the end
+holds, because LAMMPS looks ahead in the same way. In *end* they continue to this time with
+unchanged tolerance. Times are processor times without compiling and set-up.
 
 Run: python -m benchmarks.peers.lammps_engine
 """
@@ -24,7 +25,7 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.tradeoff.reference_solution import find_reference
 
 ERROR = 1e-10
-LIMIT = 5.0  # the quicker of ours over heyoka, both with a look ahead
+LIMIT = 5.0  # our faster time divided by heyoka's, both with a look ahead
 OURS = {
     "lammps": ("order8", (0.2, 0.17, 0.15, 0.14, 0.12, 0.1, 0.085, 0.07)),
     "lammps_extrapolated": ("extrapolated12", (0.6, 0.5, 0.43, 0.37, 0.32, 0.28, 0.24)),
@@ -36,7 +37,7 @@ LOOSE = 1e-3
 
 
 def lammps_seconds(scene: Scene, numerics: Numerics) -> float:
-    """Return the time of an integration: what more runs after one set-up take."""
+    """Return the time of an integration, from additional runs after one set-up."""
     one = timed(lambda: lammps.run_at_steps(scene.problem, numerics, [numerics.timestep]))
     more = timed(
         lambda: lammps.run_at_steps(scene.problem, numerics, [numerics.timestep] * (1 + MORE))
@@ -45,7 +46,7 @@ def lammps_seconds(scene: Scene, numerics: Numerics) -> float:
 
 
 def compare(repeats: int = 7) -> dict[str, float]:
-    """Return settings, errors, times and ratios from one run."""
+    """Return settings, errors, times and ratios."""
     scene = Scene(potential="lj", particles=100, speed=0.4)
     reference_value = find_reference(scene)
     last, end = reference_value.last_contact_time + 1e-3, reference_value.scouting.outcome.duration
@@ -97,7 +98,7 @@ def compare(repeats: int = 7) -> dict[str, float]:
 
 
 def main() -> None:
-    """Print the comparison and fail if LAMMPS is too slow."""
+    """Print the comparison; fail if LAMMPS is too slow."""
     argparse.ArgumentParser(description=__doc__).parse_args()
     found = compare()
     for name, value in sorted(found.items()):

@@ -1,24 +1,22 @@
 """
-Comparison of the reference engine with its peers, as ratios from one run.
+Compare the reference engine with its peers, as ratios from one run.
 
     python -m benchmarks.peers.reference_engine [--long] [--csv FILE]
 
-Integrators are compared at equal error of eta: for each, the coarsest setting from which on all
-finer ones are within 1e-11 of a much tighter run. Only integration is timed: compiling is apart.
-Times are those of the one thread that all of them use, medians of measurements taken in turns.
-Three tasks are timed:
+Integrators are compared at equal error of eta. Each uses the coarsest setting after which all finer
+settings are within 1e-11 of a much more accurate run. Times are medians of the processor time of
+one thread, without compiling, and the integrators alternate. Three tasks are timed:
 
-*last*: from the first contact to the last one, whose time the peers are given.
-*whole*: with the showing that it was the last, which ends when silence or energy argue it (see
-``ending``). Ours looks ahead with coarse steps, and peers are given the end and may do so too: from
-the last contact on they integrate with the loose tolerance that is quickest for them.
-*plain*: the same, but peers go on with the tolerance they have, as one would write it.
+- *last*: from the first to the last contact, whose time is given to the peers.
+- *whole*: to the time at which an argument shows that no contact follows (see ``ending``). Our
+  engine looks ahead with coarse steps. The peers are given this time, and continue after the last
+  contact with the loose tolerance that is fastest for them.
+- *plain*: the same, but the peers continue with unchanged tolerance, like in a simple program.
 
-Heyoka differentiates the expression it is given: two powers of r are twice as quick for it as the
-products of 1/r that the other integrators compute (*heyoka_products*).
+heyoka differentiates the expression of the force. In heyoka, two powers of r are twice as fast as
+the products of 1/r (*heyoka_products*) that the other integrators use.
 
-The loops over bonds are compared with the same loops in C, compiled here with
-``gcc -O3 -march=native``.
+The loops over bonds are compared with the same loops in C, compiled with ``gcc -O3 -march=native``.
 """
 
 import argparse
@@ -44,12 +42,12 @@ REPEATS = 15
 # Longer runs need fewer repeats.
 SLOW, SLOW_REPEATS = 0.3, 3
 SPEEDS = (0.1, 0.4, 1.0)
-# Each costs some 4 % more than the one before: with a coarser choice, who just misses the error
-# would seem slower by as much.
+# Ratio of neighbouring steps. Each step costs about 4 % more than the previous one. With a coarser
+# choice, an integrator that just misses the error would seem much slower.
 FINER_STEP = 2.0 ** (-1 / 16)
 HEYOKA_TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(18, 29))
 DOP853_TOLERANCES = tuple(10.0 ** (-k / 8) for k in range(80, 105))
-# With which peers may look ahead.
+# Tolerances with which peers may look ahead.
 LOOSE_TOLERANCES = (1e-3, 1e-5, 1e-7)
 TASKS = ("last", "whole", "plain")
 
@@ -60,12 +58,12 @@ def restitution(velocities: np.ndarray, scene: Scene) -> float:
 
 
 def run_ours(scene: Scene, step: float, scheme: str = "order8") -> Outcome:
-    """Run the stepping engine."""
+    """Run the reference engine with fixed steps."""
     return stepping.run(scene.problem, Numerics(scheme=scheme, timestep=step))
 
 
 def seconds_to_last_contact(scene: Scene, step: float, scheme: str, last: float) -> float:
-    """Return the time the stepping engine takes up to a time, without arguing the end."""
+    """Return the processor time of fixed steps up to a time, without a search for the end."""
     stepper = Stepper.of(scene.line, scene.bond, scheme, step)
     chain = Motion.at_start(scene.problem, stepper)
     bookkeeping.never_argue(chain.run_state)
@@ -73,7 +71,7 @@ def seconds_to_last_contact(scene: Scene, step: float, scheme: str, last: float)
 
 
 def our_tasks(scene: Scene, scheme: str, step: float, last: float) -> dict[str, Callable]:
-    """Return functions that time the tasks with the stepping engine."""
+    """Return functions that time the tasks in the reference engine."""
 
     def whole() -> float:
         return timed(lambda: run_ours(scene, step, scheme))
@@ -83,7 +81,7 @@ def our_tasks(scene: Scene, scheme: str, step: float, last: float) -> dict[str, 
 
 
 def peer_tasks(chain, loose_chains: Iterable, last: float, end: float) -> dict[str, Callable]:
-    """Return functions that time the tasks with a peer; loose ones look ahead, the quickest."""
+    """Return functions that time the tasks of a peer; the fastest loose one looks ahead."""
     state = chain.run(chain.start, 0.0, last)
     for loose in loose_chains:
         loose.run(state, last, end)
@@ -102,11 +100,11 @@ def peer_tasks(chain, loose_chains: Iterable, last: float, end: float) -> dict[s
 
 
 def compare_integrators(speed: float) -> list[dict[str, float | str]]:
-    """Return settings, errors and times of integrators at equal error, lj, n = 100."""
+    """Return settings, errors and times of integrators at equal error, for lj and n = 100."""
     scene = Scene(potential="lj", particles=100, speed=speed)
     tight = run_ours(scene, 0.0125)
     exact, end = restitution(tight.velocities, scene), tight.duration
-    # A little past the contact, so that those who see it a little later see it too.
+    # Slightly after the contact, because some integrators detect it slightly later.
     last = float(tight.contact_times[-1]) + 1e-3
     rows: list[dict[str, float | str]] = []
     tasks: list[dict[str, Callable]] = []
@@ -147,7 +145,7 @@ def compare_integrators(speed: float) -> list[dict[str, float | str]]:
 
 
 def add_times(rows: list[dict], tasks: list[dict[str, Callable]]) -> None:
-    """Add the median times of the tasks, measured in turns, and their ratios to ours."""
+    """Add the median times of the tasks, which alternate, and their ratios to ours."""
     samples: dict = {(k, task): [] for k in range(len(rows)) for task in TASKS}
     for turn in range(REPEATS):
         for (k, task), times in samples.items():
@@ -161,12 +159,13 @@ def add_times(rows: list[dict], tasks: list[dict[str, Callable]]) -> None:
 
 
 def measure_scaling(sizes: Iterable[int]) -> list[dict[str, float]]:
-    """Return the time of whole collisions over n^2, lj at 0.4 v*, order 6 at 0.1."""
+    """Return the time of whole collisions divided by n^2, for lj at 0.4 v* and order 6 at 0.1."""
     rows: list[dict[str, float]] = []
     for particles in sizes:
         scene = Scene(potential="lj", particles=particles, speed=0.4)
         outcome = stepping.run(scene.problem, Numerics(scheme="order6", timestep=0.1))
-        # Time simulated per particle differs a little with when the end can be argued.
+        # The simulated time per particle differs slightly, because the end is detected at other
+        # times.
         per_square = outcome.seconds / (particles * outcome.duration)
         rows.append(
             {

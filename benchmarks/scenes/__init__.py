@@ -1,1 +1,1 @@
-"""Scenes drawn at random, for studies of bars and for judges."""
+"""Random scenes for studies of error bars and for judges."""

@@ -1,4 +1,4 @@
-"""Random scenes that sweeps carry out together with others, and their results from there."""
+"""Random scenes that sweeps run in batches, and their results from batches."""
 
 import math
 from typing import Any
@@ -13,7 +13,7 @@ from chaincor.workflows.result import Collision
 
 
 def draw_together(seed: int, index: int, engine: str) -> Scene:
-    """Return a scene that sweeps carry out with others: tiny speeds, lj that may break, any."""
+    """Return a scene that sweeps run in batches: tiny speeds, lj that may break, or any."""
     random = np.random.default_rng([seed, index, 13])
     turn = index % 4
     name = (
@@ -26,7 +26,8 @@ def draw_together(seed: int, index: int, engine: str) -> Scene:
         speed = math.exp(random.uniform(math.log(1e-6), math.log(1e-2)))
     elif turn == 1:
         n = fields["particles"] = round(math.exp(random.uniform(math.log(2.0), math.log(150.0))))
-        # From where bonds may break to where several usually do, by the energy of all of it.
+        # From the speed at which a bond may break, to that at which several usually break. The
+        # total energy decides this.
         speed = random.uniform(0.7, 1.6) * min(1.0, 20.0 / n) ** 0.5
     if name == "toda":
         fields["toda_b"] = float(random.choice([3.0, 10.0, 30.0]))
@@ -37,7 +38,7 @@ def draw_together(seed: int, index: int, engine: str) -> Scene:
 
 
 def collide_in_batch(scene: Scene) -> tuple[Collision, bool]:
-    """Return the result of a scene as a sweep gets it, and whether it was together with others."""
+    """Return the result of a scene in a sweep, and whether the scene ran in a batch."""
     others = [scene.replace(speed=factor * (scene.speed or 1.0)) for factor in (0.9, 0.95, 1.05)]
     batch = [other for other in others if batch_kind(other) == batch_kind(scene)]
     found = None

@@ -1,4 +1,4 @@
-"""Random chains, before what else their scenes have."""
+"""Random keys of a scene for its chain, engine and tolerance."""
 
 from typing import Any
 
@@ -9,23 +9,23 @@ def draw_chain(
     random: np.random.Generator, potential: str, particles: int, engine: str | None
 ) -> dict[str, Any]:
     """
-    Draw the engine, the tolerance and what a potential needs.
+    Draw the engine, the tolerance and the parameters of a potential.
 
     Parameters
     ----------
     random : numpy.random.Generator
-        Decides everything.
+        Source of random numbers.
     potential : str
-        Named.
+        Name of the potential.
     particles : int
-        How many.
+        Number of particles.
     engine : str or None
-        Drawn if it is None.
+        Engine; drawn if it is None.
 
     Returns
     -------
     dict
-        Keys of a scene, all that are named.
+        Keys of a scene.
     """
     fields: dict[str, Any] = {
         "potential": potential,

@@ -1,4 +1,4 @@
-"""Random scenes of two bodies on a line: masses, free targets, soft contacts, initial states."""
+"""Random scenes with unequal masses, free targets, soft contacts and initial states."""
 
 import csv
 from pathlib import Path
@@ -11,33 +11,33 @@ from chaincor.lammps_inputs.scene import Scene
 
 _POTENTIALS = ("harmonic", "lj", "toda", "log", "power", "morse")
 _MOST_PARTICLES = 60
-# With masses so unlike each other the fast ones take so many more steps: of few particles.
+# Extreme mass ratio, with fewer particles, because light particles need many more steps.
 _EXTREME, _MOST_EXTREME = 1e6, 6
 _SLOWEST, _FASTEST = 0.05, 1.2
 
 
 def draw_line_scene(random: np.random.Generator, folder: Path, engine: str | None = None) -> Scene:
     """
-    Draw a scene that asks for more than a cold chain of unit masses before a hard wall.
+    Draw a scene that is more general than a cold chain of unit masses at a hard wall.
 
     Parameters
     ----------
     random : numpy.random.Generator
-        Decides everything.
+        Source of random numbers.
     folder : pathlib.Path
-        Where a CSV file of the initial state goes.
+        Folder for a CSV file of the initial state.
     engine : str, optional
-        For one engine only; drawn otherwise.
+        Engine; drawn by default.
 
     Returns
     -------
     Scene
-        A valid scene; where all drawn masses are 1, it may be a plain one.
+        A valid scene. If all drawn masses are 1, it may be a standard scene.
 
     Raises
     ------
     SceneError
-        If what was drawn is none.
+        If the drawn keys are not a valid scene.
     """
     extreme = bool(random.random() < 0.1)
     most = _MOST_EXTREME if extreme else _MOST_PARTICLES
@@ -47,7 +47,7 @@ def draw_line_scene(random: np.random.Generator, folder: Path, engine: str | Non
     if potential == "harmonic":
         fields["velocity"] = float(10 ** random.uniform(-3, -0.4))
     else:
-        # Bonds of odd order break over their barrier.
+        # Faster, bonds of odd order would pass their barrier.
         fastest = 0.3 if potential == "power" and fields["power_order"] % 2 else _FASTEST
         low, high = np.log10(_SLOWEST), np.log10(fastest)
         fields["speed"] = float(10 ** random.uniform(low, high))
@@ -74,7 +74,7 @@ def _count(random: np.random.Generator, most: int) -> int:
 
 
 def _masses(random: np.random.Generator, count: int, extreme: bool) -> tuple[float, ...] | None:
-    """Draw masses: all 1, two kinds in turn, any, or one that differs; None for those of 1."""
+    """Draw masses: alternating, random, graded, or one that differs; None for masses of 1."""
     ratio = float(10 ** random.uniform(-1.5, 1.5))
     if random.random() < 0.15:
         ratio **= 2.0
@@ -95,7 +95,7 @@ def _masses(random: np.random.Generator, count: int, extreme: bool) -> tuple[flo
 
 
 def _scale(fields: dict[str, Any]) -> float:
-    """Return strains in units of what stiffens a bond."""
+    """Return the scale of strains at which a bond becomes anharmonic, at most 1."""
     return min(1.0, 10.0 / fields.get("toda_b", 10.0), 6.0 / fields.get("morse_a", 6.0))
 
 
@@ -105,7 +105,7 @@ def _with_state(
     masses: tuple[float, ...] | None,
     folder: Path,
 ) -> Scene:
-    """Return the scene with a state from a file: strains, a gap, velocities, masses."""
+    """Return the scene with an initial state from a file: strains, gap, velocities and masses."""
     count = fields["particles"]
     speed = Scene(**fields).impact_velocity
     rows: dict[str, Any] = {}
@@ -136,8 +136,8 @@ def draw_heavy_scene(random: np.random.Generator, engine: str | None = None) -> 
     """
     Draw an anharmonic chain with one heavy particle, at a loose tolerance.
 
-    Motions that part fast: two steps may agree in eta by chance. Parameters as of
-    :func:`draw_line_scene`.
+    Errors grow fast in such chains, and two time steps may agree in eta by chance. For the
+    parameters see :func:`draw_line_scene`.
     """
     bonds: list[dict[str, Any]] = [
         {"potential": "power", "power_order": 4, "power_c": 6.0},

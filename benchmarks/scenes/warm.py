@@ -1,4 +1,4 @@
-"""Random warm scenes: chains in equilibrium, at walls and at free targets that are warm as well."""
+"""Random warm scenes: chains in equilibrium that hit walls or warm free targets."""
 
 import numpy as np
 
@@ -8,11 +8,11 @@ from chaincor.lammps_inputs.scene import Scene
 
 _POTENTIALS = ("harmonic", "lj", "toda", "log", "power", "morse")
 _MOST_PARTICLES = 60
-# Temperatures, in units of what a bond holds, or of (v*)^2 of bonds that hold.
+# Range of temperatures, in units of (v*)^2 or of the highest temperature that a bond allows.
 _COLDEST, _WARMEST = 1e-8, 1.0
-# Impact over thermal speed of a particle.
+# Range of the impact speed, in units of the thermal speed of a particle.
 _SLOWEST, _FASTEST = 0.1, 30.0
-# Speed, in v*, from which the impact breaks bonds or makes them sharp.
+# Largest impact speed, in v*. Faster impacts break bonds or stiffen them strongly.
 _FASTEST_IMPACT = 1.2
 
 
@@ -23,9 +23,9 @@ def draw_warm_scene(random: np.random.Generator, engine: str | None = None) -> S
     Parameters
     ----------
     random : numpy.random.Generator
-        Decides everything.
+        Source of random numbers.
     engine : str, optional
-        For one engine only; drawn otherwise.
+        Engine; drawn by default.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def draw_warm_scene(random: np.random.Generator, engine: str | None = None) -> S
     Raises
     ------
     SceneError
-        If what was drawn is none.
+        If the drawn keys are not a valid scene.
     """
     potential = str(random.choice(_POTENTIALS))
     particles = round(10 ** random.uniform(np.log10(2), np.log10(_MOST_PARTICLES)))

@@ -1,1 +1,1 @@
-"""Energy loss of slow long chains: the studies behind ``docs/explanation/slow_chains.md``."""
+"""Energy loss of slow long chains: studies for ``docs/explanation/slow_chains.md``."""

@@ -4,10 +4,10 @@ Compute the curves of loss that ``analysis.slow_chains.curve`` interpolates.
     python -m benchmarks.slow_chains.curves [--check]
 
 Adds the missing values of y to ``analysis/slow_chains/curves.csv``. For bonds of lowest anharmonic
-order 3 and 4 the table has the two deepest minima at each y, the wave of each minimum, and its
-error by the grids. An interrupted run can be repeated: it keeps the finished points. ``--check``
-computes points between the points of the table and prints the error of the interpolation there.
-No random numbers.
+order 3 and 4, the table has the two deepest minima at each y, the wave of each minimum, and the
+error of each minimum due to the grids. An interrupted run can be repeated and keeps the finished
+points. ``--check`` computes points between the points of the table, and prints the interpolation
+error. There are no random numbers.
 """
 
 import argparse
@@ -23,7 +23,8 @@ from chaincor.analysis.slow_chains.curve import TABLE, limiting_loss, limiting_l
 from chaincor.analysis.slow_chains.front import front_loss
 
 HEADER = ["order", "variable", "wave", "place", "loss", "error"]
-# Between points of the table, and where another wave takes over.
+# Values of y between points of the table, and near those at which the deepest minimum changes to
+# another wave.
 CHECKS = {
     3: [
         *(-9.0, -0.7, 0.2, 1.3, 2.7, 5.2, 8.3, 11.2, 15.5, 17.7, 18.2, 18.6, 24.5, 30.5, 30.8),
@@ -31,14 +32,14 @@ CHECKS = {
     ],
     4: [-9.0, -0.7, 0.2, 1.3, 2.7, 5.2, 8.3, 11.2, 13.4, 13.5, 17.5, 22.5, 29.0],
 }
-# How far a minimum moves with y, while it lies at one wave.
+# Change of a minimum's position with y, as long as it is at the same wave.
 _DRIFT = 1.25
-# Minima that are higher by this part of y are far from being the deepest.
+# Minima that are higher than the deepest by this fraction of y are not used.
 _NEAR = 0.04
 
 
 def wanted() -> Iterator[tuple[int, float, float]]:
-    """Yield order, variable and refinement of the grids."""
+    """Yield order, y and refinement of the grids for each point."""
     for variable in np.arange(13.0, 41.0):
         yield 3, float(variable), 0.7
     slow = chain(np.arange(-6.0, 12.1, 0.5), np.arange(-20.0, -6.0, 2.0))
@@ -51,7 +52,7 @@ def wanted() -> Iterator[tuple[int, float, float]]:
 
 
 def measure() -> None:
-    """Add the points that the table lacks, as they come, and name the waves in the end."""
+    """Add the points that the table lacks, as soon as they are computed."""
     with growing_table(TABLE, HEADER) as (rows, add):
         known = {(row[0], row[1]) for row in rows}
         for order, variable, refinement in wanted():
@@ -63,7 +64,7 @@ def measure() -> None:
 
 
 def name_waves() -> None:
-    """Count the waves at which the minima lie, the first to be the deepest as 1, and sort rows."""
+    """Number the waves of the minima, in the order in which they become deepest; sort rows."""
     table = np.loadtxt(TABLE, delimiter=",", skiprows=1)
     rows = []
     for order in (3, 4):
@@ -71,7 +72,7 @@ def name_waves() -> None:
         for variable in np.unique(table[table[:, 0] == order, 1]):
             here = table[(table[:, 0] == order) & (table[:, 1] == variable)]
             here = here[here[:, 4] <= here[:, 4].min() + _NEAR * max(variable, 0.0)]
-            # From the place that each wave's minimum should have, the nearest is the same wave.
+            # A minimum belongs to the wave whose expected position is nearest.
             for place, loss, error in here[np.argsort(-here[:, 3]), 3:]:
                 wave = _wave_at(place, variable, last)
                 last[wave] = (variable, place)
@@ -84,7 +85,7 @@ def name_waves() -> None:
 
 
 def _wave_at(place: float, variable: float, last: dict[int, tuple[float, float]]) -> int:
-    """Return the wave whose minimum is expected nearest to a place; a new one lies behind all."""
+    """Return the wave whose minimum is expected nearest; a new wave is behind all others."""
     if not last:
         return 1
     expected = {wave: x + _DRIFT * (variable - y) for wave, (y, x) in last.items()}
@@ -94,7 +95,7 @@ def _wave_at(place: float, variable: float, last: dict[int, tuple[float, float]]
 
 
 def check() -> None:
-    """Print what the interpolation misses between the points of the table, and its bar."""
+    """Print the interpolation error between the points of the table, and its error bar."""
     for order, variables in CHECKS.items():
         for variable in variables:
             front = front_loss(variable, order, 1.0 if variable <= 12.0 else 0.6)

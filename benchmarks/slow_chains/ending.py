@@ -1,10 +1,11 @@
 """
-How much a wall gives beyond the largest value of what it should, where its push ends linearly.
+Excess of a wall's impulse over its ideal maximum, if the push decreases linearly.
 
     python -m benchmarks.slow_chains.ending
 
-A half-infinite harmonic chain is pressed with 1 - c t on average. The momentum ends above its
-maximum, 1/(2c), by less the slower the push ends; means over 20 phases of the last contacts.
+A wall pushes a half-infinite harmonic chain with an average force of 1 - c t. The ideal maximum of
+the momentum is 1/(2c), and the final momentum is larger. The excess is smaller if the push ends
+more slowly. Results are means over 20 phases of the last contacts.
 """
 
 import math
@@ -15,7 +16,7 @@ from chaincor.analysis.slow_chains.harmonic import PressedEnd
 
 
 class _Ramp:
-    """Reflection of the free end if it were linear in time."""
+    """Echo of the free end that is linear in time."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
@@ -25,7 +26,7 @@ class _Ramp:
 
 
 def excess(rate: float) -> float:
-    """Return the momentum beyond 1/(2c)."""
+    """Return the final momentum minus 1/(2c)."""
     end = PressedEnd()
     while end.next_contact(_Ramp(rate), until=1.0 / rate + 40.0):
         pass
@@ -36,7 +37,7 @@ def main() -> None:
     """Print means and scatters."""
     print("| c | excess | scatter |\n|---|---|---|")
     for rate in (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001):
-        # Lengths of the ramp that differ by four contacts of 2.3 in all.
+        # The durations of the push differ by up to four intervals of 2.3 between contacts.
         found = [excess(1.0 / (1.0 / rate + late)) for late in np.linspace(0.0, 9.2, 21)[:-1]]
         print(f"| {rate} | {np.mean(found):.4f} | {np.std(found):.4f} |", flush=True)
 

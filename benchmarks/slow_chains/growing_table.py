@@ -1,4 +1,4 @@
-"""Keep the rows of a long study in a CSV table that grows as results come."""
+"""Write each result of a long study to a CSV table as soon as it is computed."""
 
 import csv
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -11,7 +11,7 @@ from typing import Any
 def growing_table(
     path: Path, header: Sequence[str]
 ) -> Iterator[tuple[list[list[str]], Callable[[Iterable[Sequence[Any]]], None]]]:
-    """Yield the rows that a table has, and a function that adds rows to the file at once."""
+    """Yield the rows of a table, and a function that writes further rows to the file at once."""
     with path.open("a+", newline="") as file:
         file.seek(0)
         known = list(csv.reader(file))

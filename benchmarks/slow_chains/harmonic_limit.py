@@ -1,11 +1,11 @@
 """
-Harmonic chains to a million particles: to which limit does n^(2/3) (1 - eta) fall, and how?
+Limit of n^(2/3) (1 - eta) for harmonic chains, from up to a million particles.
 
     python -m benchmarks.slow_chains.harmonic_limit [--sizes 1000 10000 100000 1000000]
 
-Adds to ``harmonic_limit.csv`` beside itself what it lacks: 13 lengths within 6 % of each size, from
-0.94 to 1.06. Their scatter is the phase of the last contacts, no error of calculation. An
-interrupted run can be repeated: it keeps the finished chains.
+Adds the missing chains to ``harmonic_limit.csv`` in this folder: 13 lengths from 0.94 to 1.06 of
+each size. Results scatter with the phase of the last contacts, not because of errors. An
+interrupted run can be repeated and keeps the finished chains.
 """
 
 import argparse
@@ -24,7 +24,7 @@ SPREAD = np.linspace(0.94, 1.06, 13)
 
 
 def measure(sizes: list[int]) -> None:
-    """Add the chains that the table lacks, as they end."""
+    """Add the chains that the table lacks, as soon as they are computed."""
     lengths = {round(size * part) for size in sizes for part in SPREAD}
     with growing_table(TABLE, HEADER) as (rows, add):
         known = {row[0] for row in rows}
@@ -34,7 +34,7 @@ def measure(sizes: list[int]) -> None:
 
 
 def fit() -> None:
-    """Print means by size, and what is extrapolated from them."""
+    """Print means by size, and extrapolations of the means."""
     rows = np.loadtxt(TABLE, delimiter=",", skiprows=1, usecols=(0, 1))
     particles, loss = rows[np.argsort(rows[:, 0])].T
     factor, lead = particles ** (2.0 / 3.0) * loss, front_lead()
@@ -72,7 +72,7 @@ def fit() -> None:
 
 
 def main() -> None:
-    """Measure, unless only the fit is asked for."""
+    """Compute the missing chains, unless `--fit` is given, and print the fit."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES)
     parser.add_argument("--fit", action="store_true", help="use the table that is there")

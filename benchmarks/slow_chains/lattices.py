@@ -1,12 +1,12 @@
 """
-Chains of six bonds on the curve of slow long ones: 1 - eta at fixed y, and its way to the limit.
+Compare chains of six bonds with the curve of slow long chains, at fixed y.
 
     python -m benchmarks.slow_chains.lattices [--fit]
 
-Adds the missing chains to ``lattices.csv`` in this folder. The reference engine computes n^(2/3)
-(1 - eta) to 2e-3. Each size is the mean over lengths within 6 %, whose scatter is the phase of the
-last contacts. An interrupted run can be repeated: it keeps the finished chains. Toda chains of any
-b are the same chain, because lengths can be counted in 1/b.
+Adds the missing chains to ``lattices.csv`` in this folder. The reference engine computes n^(2/3) (1
+- eta) to 2e-3. Each size is a mean over lengths within 6 %, which scatter with the phase of the
+last contacts. An interrupted run can be repeated and keeps the finished chains. With 1/b as the
+unit of length, Toda chains of all b are the same chain.
 """
 
 import argparse
@@ -31,28 +31,29 @@ BONDS = {
 }
 OTHER_B = {f"toda b = {b:g}": {"potential": "toda", "toda_b": b} for b in (3.0, 30.0)}
 VARIABLES = [0.3, 1.0, 3.0, 5.0, 12.0, 30.0]
-# (size, how many lengths)
+# Size, and number of lengths near it.
 SIZES = [(30, 13), (100, 13), (300, 7), (1000, 5), (3000, 1), (10_000, 1)]
 _LONGEST = 10_000
 _OF_LONGEST = (1.0, 3.0, 12.0)
 _OF_OTHER_B = (_LONGEST, 3.0)
-# Across the swing of C': single lengths, whose scatter is small against the loss.
+# Values of y across the oscillation of C', with single lengths. Their scatter is much smaller than
+# the loss.
 SWING, SWING_SIZES = (18.0, 24.0, 36.0), (500, 700, 1000, 1400, 2000, 2800, 4000)
-# Fits beyond 2 beta n^(-1/3): shortest chain, and powers of the terms that are fitted.
+# Fits of the terms after 2 beta n^(-1/3): shortest chain, and powers of the fitted terms.
 _FITS = ((900, (-2.0 / 3.0,)), (450, (-2.0 / 3.0, -4.0 / 3.0)))
-# All fits whose range is printed: the power of the remainder is not known.
+# Fits whose range is printed, because the power of the remainder is unknown.
 _ALL_FITS = tuple(
     product((450, 900), ((-2.0 / 3.0,), (-2.0 / 3.0, -1.0), (-2.0 / 3.0, -4.0 / 3.0)))
 )
-# Faster than this the chain is not slow: the front's steepness is no small number.
+# Largest steepness of the front. The theory of slow chains requires a small steepness.
 FASTEST = 0.6
-# Scatter of single lengths, taken from 13 harmonic chains with lengths within 6 %.
+# Scatter of single lengths, from 13 harmonic chains with lengths within 6 %.
 _SCATTER = {3000: 0.016, 10_000: 0.005}
 HEADER = ["bond", "order", "variable", "particles", "velocity", "loss", "error"]
 
 
 def wanted():
-    """Yield the bond's name, its scene without speed, y, and the speed for it."""
+    """Yield the name of the bond, its order, y, and the scene with the speed for this y."""
     for size, count in SIZES:
         parts = np.linspace(0.94, 1.06, count) if count > 1 else [1.0]
         for variable in VARIABLES:
@@ -75,7 +76,7 @@ def wanted():
 
 
 def wanted_for_swing():
-    """Yield the chains of the swing: cubic bonds, and toda of another b up to 1400."""
+    """Yield chains for the oscillation of C': cubic bonds, and shorter chains of another b."""
     bonds = {name: bond for name, bond in BONDS.items() if name != "quartic"}
     for particles, variable in product(SWING_SIZES, SWING):
         other = {"toda b = 3": OTHER_B["toda b = 3"]} if particles <= 1400 else {}
@@ -86,7 +87,7 @@ def wanted_for_swing():
 
 
 def measure() -> None:
-    """Add the collisions that the table lacks, as they come."""
+    """Add the collisions that the table lacks, as soon as they are computed."""
     with growing_table(TABLE, HEADER) as (rows, add):
         known = {tuple(row[:4]) for row in rows}
         for name, order, variable, scene in wanted():
@@ -102,7 +103,7 @@ def measure() -> None:
 
 @dataclass(frozen=True)
 class Mean:
-    """Chains of one bond, y and size: the mean of n^(2/3) (1 - eta), and what theory has."""
+    """Mean of n^(2/3) (1 - eta) for one bond, y and size, and the theoretical results."""
 
     bond: str
     variable: float
@@ -114,7 +115,7 @@ class Mean:
 
 
 def means() -> list[Mean]:
-    """Return the means of the table, by bond, y and size."""
+    """Return the means of the table by bond, y and size."""
     rows = np.genfromtxt(TABLE, delimiter=",", names=True, dtype=None, encoding="utf-8")
     found = []
     for name, variable, (size, _) in product(BONDS | OTHER_B, VARIABLES, SIZES):
@@ -132,7 +133,7 @@ def means() -> list[Mean]:
 
 
 def compare() -> None:
-    """Print means by size beside theory, and how fast they come to it."""
+    """Print means and theory by size, and how fast the means approach the theory."""
     table = means()
     print("| bond | y | n | n^(2/3) (1 - eta) | mean's error | limit | with beta |")
     print("|---|---|---|---|---|---|---|")
@@ -148,7 +149,7 @@ def compare() -> None:
 
 
 def swing() -> None:
-    """Print C'(y) extrapolated to long chains, with 2 beta known, by two fits."""
+    """Print C'(y), extrapolated to long chains by two fits with known beta."""
     rows = np.genfromtxt(TABLE, delimiter=",", names=True, dtype=None, encoding="utf-8")
     for variable, name in product(SWING, ("lj", "toda", "log")):
         chosen = rows[(rows["bond"] == name) & (rows["variable"] == variable)]
@@ -160,7 +161,7 @@ def swing() -> None:
         }
         slopes, errors = np.array([extrapolated[fit] for fit in _FITS]).T / variable
         every = [loss / variable for loss, _ in extrapolated.values()]
-        # Half the difference of the fits, and the larger of their errors.
+        # Half the difference of the fits plus the larger of their errors.
         bar = 0.5 * np.ptp(slopes) + errors.max()
         theory = float(limiting_loss(variable)) / variable
         print(
@@ -171,7 +172,7 @@ def swing() -> None:
 
 
 def _extrapolated(n: Array, losses: Array, powers: tuple[float, ...]) -> tuple[float, float]:
-    """Return the limit of the losses, and its error by their scatter."""
+    """Return the limit of the losses, and its error due to scatter."""
     design = np.stack([np.ones_like(n), *(n**power for power in powers)], axis=1)
     best = np.linalg.lstsq(design, losses, rcond=None)[0]
     rest = losses - design @ best
@@ -181,9 +182,9 @@ def _extrapolated(n: Array, losses: Array, powers: tuple[float, ...]) -> tuple[f
 
 def fitted_power(rows: list[Mean]) -> tuple[float, float, float, int]:
     """
-    Fit p of the distance to the curve, 2 beta n^(-p) + c n^(-2/3), with a c for each y up to 3.
+    Fit p in the difference from the curve, 2 beta n^(-p) + c n^(-2/3), with c for each y <= 3.
 
-    Returns p, its error widened by the scatter, chi2 and the degrees of freedom.
+    Returns p, its error including scatter, chi2 and the degrees of freedom.
     """
     from scipy.optimize import least_squares
 
@@ -207,7 +208,7 @@ def fitted_power(rows: list[Mean]) -> tuple[float, float, float, int]:
 
 
 def main() -> None:
-    """Measure."""
+    """Compute the missing chains, unless `--fit` is given, and print the comparison."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--fit", action="store_true", help="use the table that is there")
     if not parser.parse_args().fit:

@@ -1,12 +1,13 @@
 """
-Fit the limit of C'(y) = h_3(y)/y for steep fronts, and the approach to it.
+Fit the limit of C'(y) = h_3(y)/y for steep fronts, and the approach to the limit.
 
     python -m benchmarks.slow_chains.limit
 
-The fits use the minima of ``spectral.csv``, which start from a step, and from y = 160 on those of
-``modulated.csv``. The deepest minimum swings as other waves of the train take over; a polynomial
-through the losses of neighbouring waves has a minimum that does not swing. The form of the approach
-is not derived: forms in y and in t = (y/2)^(3/2)/3 are fitted. No random numbers.
+The fits use the minima of ``spectral.csv``, whose fronts start from a step, and from y = 160 on
+those of ``modulated.csv``. The deepest minimum oscillates with y, because it changes from wave to
+wave. The minimum of a polynomial through the losses of neighbouring waves does not oscillate and is
+used instead. The form of the approach is not derived. Forms in y and in t = (y/2)^(3/2)/3 are
+fitted. There are no random numbers.
 """
 
 from itertools import product
@@ -17,16 +18,16 @@ from benchmarks.slow_chains.modulated import TABLE as MODULATED
 from benchmarks.slow_chains.spectral import TABLE as SPECTRAL
 from chaincor.lammps_inputs.arrays import Array
 
-# First y of the fits, and number of neighbouring waves that a polynomial joins.
+# First y of the fits, and number of neighbouring waves in a polynomial.
 STARTS = (50.0, 60.0, 80.0)
 _WAVES = 5
 # The modulated start replaces the step from this y on.
 _MODULATED_FROM = 160.0
-# Steps of the two grids of `modulated`, and the order of the method at y = 60 and 100.
+# Time steps on the two grids of `modulated`, and the order measured at y = 60 and 100.
 _COARSE, _FINE, _ORDER = 0.45, 0.3, 5
-# The modulated start gives C' too large by this over t, as measured at y = 60 and 100.
+# The modulated start makes C' too large by this number divided by t, as measured at y = 60 and 100.
 _START_EXCESS = 0.004
-# Terms of each form, besides the limit. The lag of the leading soliton is of order ln t/t.
+# Terms of each form besides the limit. The delay of the leading soliton is of order ln t/t.
 FORMS = {
     "ln t/t": (lambda y, t: np.log(t) / t,),
     "1/t": (lambda y, t: 1.0 / t,),
@@ -34,7 +35,7 @@ FORMS = {
     "ln t/t and 1/t": (lambda y, t: np.log(t) / t, lambda y, t: 1.0 / t),
     "1/y and 1/t": (lambda y, t: 1.0 / y, lambda y, t: 1.0 / t),
 }
-# A form that misses C' by more than this does not describe the approach.
+# A form with a larger residual does not describe the approach.
 LARGEST_RESIDUAL = 5e-5
 
 
@@ -44,7 +45,7 @@ def time_of(variable: Array) -> Array:
 
 
 def points() -> tuple[Array, Array]:
-    """Return y and C'(y) without the swing."""
+    """Return y, and C'(y) without the oscillation."""
     steps = np.loadtxt(SPECTRAL, delimiter=",", skiprows=1)
     steps = steps[(steps[:, 0] == 3) & (steps[:, 1] >= STARTS[0])]
     found = {}
@@ -59,7 +60,7 @@ def points() -> tuple[Array, Array]:
 
 
 def modulated_slopes() -> dict[float, tuple[float, float]]:
-    """Return C' of the modulated start by y, deepest and without swing, from two grids."""
+    """Return C' of the modulated start by y: deepest and without oscillation, from two grids."""
     table = np.loadtxt(MODULATED, delimiter=",", skiprows=1)
     slopes = {}
     for variable in np.unique(table[:, 0]):
@@ -81,7 +82,7 @@ def _without_swing(variable: float, places: Array, losses: Array) -> float:
 
 
 def fitted(y: Array, slope: Array, form: str) -> tuple[Array, float]:
-    """Fit the limit and the factors of a form, and return them with the largest residual."""
+    """Fit the limit and the factors of a form; return them and the largest residual."""
     t = time_of(y)
     design = np.column_stack([np.ones_like(t), *(-term(y, t) for term in FORMS[form])])
     best = np.linalg.lstsq(design, slope, rcond=None)[0]

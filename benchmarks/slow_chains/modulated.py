@@ -1,10 +1,11 @@
 r"""
-Compute steep fronts from the modulated wave at the free end, instead of a step at the wall.
+Compute steep fronts that start as a modulated wave at the free end, not as a step.
 
     python -m benchmarks.slow_chains.modulated [--variables Y ...]
 
 Adds the missing values of y to ``modulated.csv`` in this folder: the deepest minima of the loss on
-two grids. Only the way back is computed, by the Fourier modes of ``spectral``.
+two grids. Only the way from the free end back to the wall is computed, by the Fourier modes of
+``spectral``.
 
 In units of the equation u_t + 6 u u_x + u_xxx = 0 the train of a step is
 
@@ -15,7 +16,7 @@ In units of the equation u_t + 6 u u_x + u_xxx = 0 the train of a step is
 with the complete integral K(m), and m(x, t) from :math:`\partial \Phi/\partial m = 0`. The train of
 Gurevich and Pitaevskii has I = 0. The term I is the phase of Egorova and others (Nonlinearity 26,
 1839, 2013). Its argument is the jump of the step's reflection coefficient at the wave number i k.
-The constants were checked against the front of `spectral`. No random numbers.
+The constants were checked with the front of `spectral`. There are no random numbers.
 """
 
 import argparse
@@ -31,9 +32,10 @@ from chaincor.lammps_inputs.arrays import Array
 TABLE = Path(__file__).with_name("modulated.csv")
 HEADER = ["variable", "spacing", "place", "loss"]
 VARIABLES = [60.0, 100.0, 120.0, 160.0, 240.0, 320.0]
-# Spacings in widths of the leading soliton, with the rate of the steepest front times the step.
+# Spacings in widths of the leading soliton, and time steps times the rate of the steepest front.
 _GRIDS = ((0.36, 1.25), (0.3, 1.0))
-# Lengths in widths of the linear front: behind the part of the train that is kept, and ahead.
+# Lengths of the grid: fraction and largest length of the train that is kept, and lengths behind it
+# and ahead in widths of the linear front.
 _REAR, _LONGEST_REAR, _BEHIND, _AHEAD = 0.3, 18.0, 12.0, 13.0
 # Number of minima of the table for each y and grid.
 _MINIMA = 6
@@ -41,30 +43,30 @@ _MINIMA = 6
 
 def modulated_wave(x: Array, time: float) -> Array:
     """
-    Return the train of a step that began at x = 0.
+    Return the wave train of a step that started at x = 0.
 
     Parameters
     ----------
     x : numpy.ndarray
-        Increasing places, in units of the equation u_t + 6 u u_x + u_xxx = 0.
+        Increasing positions, in units of the equation u_t + 6 u u_x + u_xxx = 0.
     time : float
         Time since the step, much longer than 1.
 
     Returns
     -------
     numpy.ndarray
-        u. A soliton's tail continues the train ahead of its first crest.
+        u. Ahead of the first crest, u is the tail of a soliton.
     """
     from scipy.interpolate import make_interp_spline
     from scipy.special import ellipe, ellipj, ellipkm1
 
-    # The complement 1 - m, because the leading solitons have m close to 1.
+    # Values of 1 - m, because the leading solitons have m close to 1.
     rest = np.exp(np.linspace(math.log(1e-12), math.log(0.5), 4000))
     rest = np.concatenate([rest, 1.0 - np.geomspace(0.5, 1e-4, 2000)[1:]])
     m, k = 1.0 - rest, ellipkm1(rest)
     gap = ellipe(m) - rest * k
     phase, slope = _phase_integral(rest)
-    # Phi does not depend on m at the place of m.
+    # At the position of m, the derivative of Phi with respect to m is 0.
     place = time * (2.0 * (1.0 + m) - 4.0 * m * rest * k / gap)
     place += (phase - slope * k * 2.0 * m * rest / gap) / math.pi
     order = np.argsort(place)
@@ -77,7 +79,7 @@ def modulated_wave(x: Array, time: float) -> Array:
     argument = x - 2.0 * (2.0 - rest_here) * time + k_here - phase_here / math.pi
     dn = ellipj(argument, 1.0 - rest_here)[2]
     wave = 2.0 * dn**2 - rest_here
-    # Crests have whole numbers of periods 2 K. Ahead of the first the train is a soliton.
+    # Crests are at multiples of the period 2 K. Ahead of the first crest the wave is a soliton.
     periods = (argument / (2.0 * k_here))[x < known[-1]]
     last = np.flatnonzero(np.diff(np.floor(periods)) != 0.0)[-1]
     crest = np.interp(math.ceil(periods[last]), periods[last : last + 2], x[last : last + 2])
@@ -87,10 +89,11 @@ def modulated_wave(x: Array, time: float) -> Array:
 
 
 def _phase_integral(rest: Array) -> tuple[Array, Array]:
-    """Return the integral I and its derivative by m, for an array of 1 - m."""
+    """Return the integral I and its derivative with respect to m, for an array of 1 - m."""
     nodes, weights = np.polynomial.legendre.leggauss(60)
     angles, weights = (nodes + 1.0) * math.pi / 4.0, weights * math.pi / 4.0
-    # With k^2 = 1 - (1 - m) sin^2, the integral of ln sin is known and its rest is smooth.
+    # With k^2 = 1 - (1 - m) sin^2, the integral of ln sin is known, and the remaining integrand is
+    # smooth.
     total = np.full_like(rest, -0.5 * math.pi * math.log(2.0))
     slope = np.zeros_like(rest)
     for sine, weight in zip(np.sin(angles), weights, strict=True):
@@ -107,20 +110,21 @@ def modulated_minima(
     variable: float, spacing: float = 0.3, courant: float = 1.0
 ) -> list[tuple[float, float]]:
     """
-    Return place and loss of the deepest minima of the loss, the deepest first.
+    Return position and loss of the deepest minima of the loss, beginning with the deepest.
 
     Parameters
     ----------
     variable : float
-        y, 60 or more, of cubic bonds.
+        y of cubic bonds, at least 60.
     spacing, courant : float
-        Spacing in widths of the leading soliton, and rate of the steepest front times the step.
+        Spacing in widths of the leading soliton, and time step times the rate of the steepest
+        front.
     """
     scale = math.sqrt(0.5 * variable)
     rear = min(_REAR * variable, _LONGEST_REAR)
     x = front_grid(rear + _BEHIND, 2.0 * variable / 3.0 + _AHEAD, spacing / scale)
     front = modulated_wave(x * scale, scale**3 / 3.0)
-    # The absorbing layer begins at the level behind the train.
+    # In the absorbing layer, the wave changes smoothly to its level behind the train.
     depth = np.clip((x - x[0]) / SPONGE, 0.0, 1.0)
     front = 1.0 + (front - 1.0) * (depth - np.sin(2.0 * np.pi * depth) / (2.0 * np.pi))
     back = carried(x, 1.0 - front, variable, 1, 1.0, courant, frame=variable)
@@ -129,7 +133,7 @@ def modulated_minima(
 
 
 def main() -> None:
-    """Add the points that the table lacks, as they come."""
+    """Add the points that the table lacks, as soon as they are computed."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--variables", type=float, nargs="+", default=VARIABLES, help="values of y")
     arguments = parser.parse_args()

@@ -1,10 +1,10 @@
 """
-Draw what slow long chains lose: the curve with chains on it, and its swing.
+Draw the energy loss of slow long chains: curves, computed chains and limits.
 
     python -m benchmarks.slow_chains.picture [-o docs/images]
 
-Writes ``slow_chains.png``, with harmonic chains on their way to their limit, and
-``slow_chains_curve.png``, with the swing of C'(y) and with bonds that soften.
+Writes ``slow_chains.png``, with chains on the curve and harmonic chains that approach their limit,
+and ``slow_chains_curve.png``, with the oscillation of C'(y) and bonds that soften.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, harmonic_
 
 
 def draw_curve(ax) -> None:
-    """Draw both curves, and means over lengths less the term of the front's lead."""
+    """Draw both curves, and means over lengths minus the term of the front's lead."""
     rows = lattices.means()
     for order, line, last in ((3, "-", 30.0), (4, "--", 12.0)):
         y = np.geomspace(0.2, last, 200)
@@ -69,7 +69,7 @@ def draw_harmonic(ax) -> None:
 
 
 def draw_swing(ax) -> None:
-    """Draw C'(y), whose kinks are where another wave takes over, and its limit."""
+    """Draw C'(y) and its limit. C' has a kink if the deepest minimum changes to another wave."""
     y = np.linspace(10.0, 80.0, 1400)
     ax.plot(y, limiting_loss(y) / y, color=CYCLE[0], lw=1.2, label="$C'(y)=h_3(y)/y$")
     low, high = STEEP_LIMIT - STEEP_LIMIT_ERROR, STEEP_LIMIT + STEEP_LIMIT_ERROR
@@ -81,7 +81,7 @@ def draw_swing(ax) -> None:
 
 
 def draw_softening(ax) -> None:
-    """Draw the curves of both orders about y = 0: softening bonds have y < 0."""
+    """Draw the curves of both orders near y = 0; softening bonds have y < 0."""
     y = np.linspace(-20.0, 6.0, 400)
     for order, line in ((3, "-"), (4, "--")):
         ax.plot(y, limiting_loss(y, order), line, color=BLACK, lw=1.0, label=f"$h_{order}(y)$")

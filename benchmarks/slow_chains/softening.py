@@ -1,11 +1,11 @@
 """
-Chains whose bonds soften by compression, beside the curve at negative y.
+Compare chains whose bonds soften in compression with the curve at negative y.
 
     python -m benchmarks.slow_chains.softening [--bonds NAME ...] [--longest N]
 
-Prints n^(2/3) (1 - eta) of Toda's bond with compression and stretch exchanged, and of the bond
-ln cosh s = s^2/2 - s^4/12 + ...: means over lengths within 5 %, their standard error, and theory.
-No random numbers.
+Prints n^(2/3) (1 - eta) for Toda bonds with compression and stretch exchanged, and for the bond ln
+cosh s = s^2/2 - s^4/12 + ... Results are means over lengths within 5 %, standard errors, and
+theory. There are no random numbers.
 """
 
 import argparse
@@ -25,12 +25,12 @@ BONDS = {
 }
 VARIABLES = (-1.0, -5.0, -12.0)
 SIZES = ((100, 7), (300, 5), (1000, 3))
-# A faster chain is not slow.
+# Largest speed that still counts as slow.
 FASTEST = 0.6
 
 
 def measure(name: str, variable: float, size: int, count: int) -> None:
-    """Print the mean loss of chains of about one length, and theory."""
+    """Print the mean loss of chains with similar lengths, and theory."""
     losses, expected = [], []
     for part in np.linspace(0.95, 1.05, count):
         n = round(size * part)

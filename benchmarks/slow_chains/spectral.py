@@ -4,12 +4,12 @@ Compute the front by a second method: Fourier modes and exponential time differe
     python -m benchmarks.slow_chains.spectral [--variables Y ...] [--order R]
 
 Adds the missing values of y to ``spectral.csv`` in this folder: the deepest minima of the loss, as
-in ``analysis/slow_chains/curves.csv``. The finite differences of ``analysis.slow_chains.front``
-share no code with this method: grid, derivatives, time steps, start and absorbing layer differ.
+in ``analysis/slow_chains/curves.csv``. This method shares no code with the finite differences of
+``analysis.slow_chains.front``: grid, derivatives, time steps, start and absorbing layer differ.
 
-The front depends on y and the time T through y T^(2/3) alone. So a fine grid carries a step to
-y = `_FIRST`, and the rescaled front starts the steeper problem. On the way back the grid moves with
-the front. No random numbers.
+The front depends on y and the time T only through y T^(2/3). A step is therefore integrated on a
+fine grid to y = `_FIRST`, and the rescaled front is the start of the steeper problem. On the way
+back the grid moves with the front. There are no random numbers.
 """
 
 import argparse
@@ -32,31 +32,31 @@ VARIABLES = {
     3: [*map(float, range(13, 37)), 40.0, 45.0, 50.0, 60.0, 70.0, 80.0, 100.0, 120.0, 160.0],
     4: [12.0, 20.0, 30.0, 45.0],
 }
-# Number of minima of the table for each y.
+# Number of minima in the table for each y.
 _MINIMA = 6
 # Largest y that starts with a step, and the spacing of its grid.
 _FIRST, _FIRST_SPACING = {1: 5.0, 2: 3.0}, 0.05
 # Spacing of steeper problems, in widths of the leading soliton.
 _SPACING = 0.3
-# Rate of the steepest front times the step in time.
+# Time step times the rate of the steepest front.
 _COURANT = 1.0
-# Factor between the two runs that give the error, and the order of the steps.
+# Ratio of the time steps of the two runs that give the error, and order of the steps.
 _COARSER, _ORDER = 1.5, 4
-# Lengths in widths of the linear front: ahead, behind and absorbing layer.
+# Lengths of the grid ahead, behind and in the absorbing layer, in widths of the linear front.
 _AHEAD, _BEHIND, SPONGE = 13.0, 25.0, 25.0
-# Behind the first front, whose tail steepens later.
+# Length behind the first front, whose tail later becomes steeper.
 _FIRST_BEHIND = 45.0
-# Share of the train that is kept behind the step, and its largest length for cubic bonds.
+# Fraction of the train that is kept behind the step, and its largest length for cubic bonds.
 _REAR, _LONGEST_REAR = {1: 0.3, 2: 0.5}, 18.0
-# Damping of the fastest wave, per time and squared wave number.
+# Damping rate of the fastest wave, divided by its squared wave number.
 _DAMPING = 0.48
-# Height of the leading soliton, and width of the smooth step that the modes are relative to.
+# Height of the leading soliton, and width of the smooth step that is subtracted from the front.
 _TALLEST, _WIDE = 2.0, 3.0
 
 
 def spectral_minima(variable: float, order: int = 3) -> list[tuple[float, float, float]]:
     """
-    Return place, loss and error of the deepest minima of the loss, the deepest first.
+    Return position, loss and error of the deepest minima, beginning with the deepest.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def spectral_minima(variable: float, order: int = 3) -> list[tuple[float, float,
     Returns
     -------
     list of tuple of float
-        Losses extrapolated from two runs; the error is what the extrapolation adds.
+        Losses are extrapolated from two runs. The error is the change by the extrapolation.
     """
     fine, coarse = (
         minima(*front_at_wall(variable, order, f), variable, order) for f in (1.0, _COARSER)
@@ -83,7 +83,7 @@ def spectral_minima(variable: float, order: int = 3) -> list[tuple[float, float,
 
 def front_at_wall(variable: float, order: int = 3, coarser: float = 1.0) -> tuple[Array, Array]:
     """
-    Send the front to the free end and back.
+    Integrate the front to the free end and back.
 
     Parameters
     ----------
@@ -92,12 +92,13 @@ def front_at_wall(variable: float, order: int = 3, coarser: float = 1.0) -> tupl
     order : int
         Lowest anharmonic order r: 3 or 4.
     coarser : float
-        Factor of the time step, and of the spacing at the start.
+        Factor of the time step, and of the first grid's spacing.
 
     Returns
     -------
     x, w : numpy.ndarray
-        Places in the front and the scaled compression W there, when the front is at the wall.
+        Positions in the front, and the scaled compression W at these positions, when the front is
+        at the wall.
     """
     power = order - 2
     if variable <= _FIRST[power]:
@@ -111,7 +112,7 @@ def front_at_wall(variable: float, order: int = 3, coarser: float = 1.0) -> tupl
 
 
 def minima(x: Array, back: Array, variable: float, order: int) -> list[tuple[float, float]]:
-    """Return place and loss of each minimum of the impulse not given, the deepest first."""
+    """Return position and loss of each minimum of the missing impulse, deepest first."""
     from scipy.integrate import cumulative_simpson
     from scipy.interpolate import make_interp_spline
 
@@ -130,21 +131,21 @@ def minima(x: Array, back: Array, variable: float, order: int) -> list[tuple[flo
 
 @lru_cache(maxsize=8)
 def _started(variable: float, power: int, coarser: float) -> tuple[Array, Array]:
-    """Return the grid and the front at the free end, from a step."""
+    """Return the grid and the front at the free end, starting from a step."""
     spacing = _FIRST_SPACING * coarser
     x = front_grid(_FIRST_BEHIND + variable, _AHEAD + 2.0 * variable, spacing)
     return x, carried(x, _step(x), variable, power, 1.0, _COURANT * coarser)
 
 
 def _step(x: Array) -> Array:
-    """Return the step with all wave numbers that the grid resolves, but the largest few."""
+    """Return the step with all wave numbers that the grid resolves, except the largest few."""
     from scipy.fft import irfft, rfftfreq
     from scipy.special import erfc
 
     spacing = x[1] - x[0]
     k = 2.0 * np.pi * rfftfreq(len(x), spacing)
     beside = np.zeros_like(k)
-    # Fourier transform of the step less the wide step, over -i.
+    # Fourier transform of the step minus the smooth step, divided by -i.
     beside[1:] = (1.0 - np.exp(-((0.5 * _WIDE * k[1:]) ** 2))) / k[1:]
     kept = np.exp(-36.0 * (k / k[-1]) ** 12)
     modes = -1j * beside * kept * np.exp(1j * k * x[0]) / spacing
@@ -185,7 +186,7 @@ def carried(
     courant: float,
     frame: float = 0.0,
 ) -> Array:
-    """Carry a front for a time, on a grid that moves at the speed `frame`."""
+    """Integrate a front for a time, on a grid that moves at the speed `frame`."""
     from scipy.fft import irfft, rfft, rfftfreq
     from scipy.special import erfc
 
@@ -219,8 +220,9 @@ class _ExponentialStep:
     """
     ETDRK4 of S. M. Cox and P. C. Matthews, J. Comput. Phys. 176, 430 (2002).
 
-    Its coefficients are means over a circle in the complex plane, after A.-K. Kassam and L. N.
-    Trefethen, SIAM J. Sci. Comput. 26, 1214 (2005), as their formulas cancel at small rates.
+    The formulas of the coefficients lose digits at small rates. The coefficients are therefore
+    means over a circle in the complex plane, after A.-K. Kassam and L. N. Trefethen, SIAM J. Sci.
+    Comput. 26, 1214 (2005).
     """
 
     def __init__(self, rates: Modes, step: float) -> None:
@@ -234,7 +236,7 @@ class _ExponentialStep:
         self._third = step * ((grown * (4.0 - z) - 4.0 - 3.0 * z - z**2) / z**3).mean(axis=1)
 
     def __call__(self, modes: Modes, rest: Callable[[Modes], Modes]) -> Modes:
-        """Return the modes one step later; `rest` is what is not linear."""
+        """Return the modes one step later; `rest` computes the nonlinear terms."""
         half, middle = self._half, self._middle
         start = rest(modes)
         one = half * modes + middle * start
@@ -246,7 +248,7 @@ class _ExponentialStep:
 
 
 def main() -> None:
-    """Add the points that the table lacks, as they come."""
+    """Add the points that the table lacks, as soon as they are computed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--variables", type=float, nargs="+", help="values of y")
     parser.add_argument("--order", type=int, choices=sorted(VARIABLES), default=3)

@@ -1,1 +1,1 @@
-"""Costs of sweeps."""
+"""Time of sweeps."""

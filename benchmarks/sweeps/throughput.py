@@ -1,16 +1,16 @@
 """
-Speed of a sweep in the reference engine: batches of cold chains over single ones.
+Speed of sweeps in the reference engine: batches of cold chains and single collisions.
 
     python -m benchmarks.sweeps.throughput [--count 10000] [--alone 1000] [--rounds 2]
         [--potential lj toda] [--particles 20 100] [--speeds 0.01 0.5] [--tolerance 1e-6]
         [--workers 2] [--before PATH]
 
-Speeds are spread evenly in their logarithm. In turns, in one run, each in a process of its own that
-sweeps into a new store: `together` as sweeps are carried out, `alone` with every collision by
-itself, and `before` so by an older checkout of the project at PATH. Workers are up, with their code
-loaded, when the clock starts. Printed are collisions a second by the clock, processor time of a
-collision, main process and workers, and the ratios to `together`; in the last column, how many
-results of `together` differ from those of `alone` at the same speeds by a single bit.
+Speeds are random and log-uniform. Three kinds of sweeps alternate, each in a separate process with
+a new store: `together` runs batches, as sweeps do, `alone` runs each collision separately, and
+`before` is an older version of the project at PATH. Workers have started and loaded their code
+before the time is measured. Prints the number of collisions per second of elapsed time, the
+processor time per collision in all processes, and ratios to `together`. The last column is the
+number of results that differ from `together` at the same speed in any bit.
 """
 
 import argparse
@@ -27,12 +27,12 @@ from unittest import mock
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-# Results whose numbers are compared.
+# Number of results that are compared.
 _COMPARED = 200
 
 
 def measure(given: argparse.Namespace) -> None:
-    """Carry out one sweep and print what it took; also run by an older checkout."""
+    """Run one sweep, and print its times; an older version of the project also runs this."""
     from chaincor import Scene
     from chaincor.workflows.campaign import work
     from chaincor.workflows.campaign.into_store import IntoStore
@@ -64,7 +64,7 @@ def _each_alone(scenes: list) -> list[list[int]]:
 
 
 def _processor_seconds() -> float:
-    """Return the processor time of this process and of its children, which are alive."""
+    """Return the processor time of this process and its running child processes."""
     own = resource.getrusage(resource.RUSAGE_SELF)
     ticks = os.sysconf("SC_CLK_TCK")
     total = own.ru_utime + own.ru_stime

@@ -1,1 +1,1 @@
-"""Warm chains against theorems of statistical mechanics, and how fast ensembles of them are."""
+"""Tests of warm chains by theorems of statistical mechanics, and the speed of ensembles."""

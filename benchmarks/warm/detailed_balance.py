@@ -1,36 +1,38 @@
 r"""
-Detailed balance: a chain that comes with the speeds of its own temperature leaves with them.
+Test detailed balance: a chain with thermal speeds leaves the wall with thermal speeds.
 
     python -m benchmarks.warm.detailed_balance [--potential toda] [--particles 10] [--samples 1000]
         [--temperature 1e-3] [--engine reference] [--tolerance 1e-3 | --timestep 0.1]
         [--workers N] [--json]
 
-Take the surface in phase space on which the centre of mass is at a distance L from the wall,
-farther than any state of weight reaches. The collision maps states that cross it inward to states
-that cross it outward. Such a map keeps the flux :math:`|V|\,dP\,d\Gamma`, where :math:`\Gamma` are
-the other coordinates and momenta (Liouville), and the energy :math:`M V^2/2 + H`. So it keeps the
-weight
+Consider the surface in phase space on which the centre of mass is at a distance L from the wall,
+where L is larger than in any state of relevant weight. The collision maps states that cross this
+surface inward to states that cross it outward. The map preserves the flux
+:math:`|V|\,dP\,d\Gamma`, where :math:`\Gamma` are the other coordinates and momenta (Liouville),
+and the energy :math:`M V^2/2 + H`. It therefore preserves the weight
 
 .. math:: |V| \exp(-M V^2/2T)\,dV \; \exp(-H/T)\,d\Gamma .
 
-Incoming speeds drawn from the first factor, the flux-weighted Maxwell distribution, with the chain
-in equilibrium at T, come out with the same distribution: :math:`K = M V^2/2` is exponential with
-mean T. And as the motion can be reversed, (K before, K after) has a symmetric joint distribution.
+Let incoming speeds have the first factor as their distribution, which is the flux-weighted Maxwell
+distribution, and let the chain be in equilibrium at T. Outgoing speeds then have the same
+distribution: :math:`K = M V^2/2` is exponential with mean T. Because the motion is reversible, the
+joint distribution of (K before, K after) is symmetric.
 
-This holds for the whole collision alone. The map is that to the *first* outward crossing, and L is
-so large that a chain which crosses it outward can (but for a part of the states of weight 1e-12)
-not touch the wall any more: so the crossing is the end, and every contact before it counts, however
-late. Almost every chain does cross in the end: the states with the centre of mass nearer than L are
-of finite volume at a given energy, and a flow that keeps volumes leaves a finite one again
-(Poincare), but for a set of measure 0. Chains that leave slowly take long; their number falls as V,
-like their flux. A program that gave up on them, or stopped at a fixed time, would find speeds too
-large: in this test 'argued' and 'open' ends are counted.
+This holds only for whole collisions. The map leads to the *first* outward crossing. L is so large
+that a chain can touch the wall after this crossing only in states of weight 1e-12. The crossing is
+therefore the end, and all earlier contacts count, however late. Almost every chain crosses: at a
+given energy, states with the centre of mass closer than L have a finite volume, and a flow that
+preserves volume leaves a finite volume again (Poincare), except for a set of measure 0. Chains that
+leave slowly take long. Their number is proportional to V, like their flux. A program that stopped
+such collisions at a fixed time would find speeds that are too large. This test therefore counts the
+endings 'argued' and 'open'.
 
-Tests: Kolmogorov and Smirnov's of K/T after; the mean of K/T, whose standard error is 1/sqrt(N);
-and McNemar's of the symmetry, of how many go from below T to above and back.
+Three tests are made: the Kolmogorov-Smirnov test of K/T after the collision; the mean of K/T, whose
+standard error is 1/sqrt(N); and for the symmetry McNemar's test, which compares how many collisions
+raise K above T and how many lower it below T.
 
-With `--timestep` all samples have that step, in place of a tolerance that long chains miss: see
-``fixed_steps``.
+With `--timestep` all samples have this time step instead of a tolerance, which long chains miss:
+see ``fixed_steps``.
 """
 
 import argparse
@@ -56,12 +58,12 @@ def thermal_speeds(temperature: float, mass: float, count: int, seed: int) -> np
 def measure(
     scene: Scene, samples: int, workers: int | None = None, timestep: float | None = None
 ) -> dict[str, Any]:
-    """Return the results of many collisions and of the tests."""
+    """Simulate many collisions; return their results and those of the tests."""
     assert scene.temperature is not None
     particles, temperature = scene.particles, scene.temperature
     speeds = thermal_speeds(temperature, particles, samples, seed=20041120)
-    # Slower ones, of which there are 5e-4, would take most of the time, and to change them changes
-    # less than can be seen of so many.
+    # A fraction of 5e-4 is slower and would take most of the time. Making it faster changes less
+    # than the statistical error.
     speeds = np.maximum(speeds, 0.03 * math.sqrt(temperature / particles))
     started, cpu = time.perf_counter(), time.process_time()
     if timestep is None:
@@ -89,7 +91,7 @@ def measure(
         "mean": float(np.mean(after)),
         "z": float((np.mean(after) - 1.0) * math.sqrt(count)),
         "p_mean": float(2.0 * stats.norm.sf(abs(np.mean(after) - 1.0) * math.sqrt(count))),
-        # Average change by the collision, over the same samples.
+        # Mean change in the collision, in standard errors.
         "z_change": float(
             np.mean(after - before) / (np.std(after - before, ddof=1) / math.sqrt(count))
         ),
@@ -103,7 +105,7 @@ def measure(
 
 
 def _met(scene: Scene, speeds: np.ndarray, workers: int | None) -> tuple[Carried, dict[str, Any]]:
-    """Carry out collisions to the scene's tolerance, and return their errors too."""
+    """Simulate collisions to the scene's tolerance; also return their errors."""
     found = collide_many(scene, len(speeds), velocities=speeds, workers=workers, progress=True)
     etas = [np.nan if s.restitution is None else s.restitution for s in found.samples]
     bars = [s.restitution_error or np.nan for s in found.samples]
@@ -113,13 +115,13 @@ def _met(scene: Scene, speeds: np.ndarray, workers: int | None) -> tuple[Carried
         np.array([s.contacts or 0 for s in found.samples]),
         [str(s.ending) for s in found.samples],
     )
-    # The error is that of energies after.
+    # Error of the energies after the collision.
     error = float(np.nanmean(energies * bars))
     return carried, {"inexact": len(found.inexact), "numerical_error": error}
 
 
 def main() -> None:
-    """Measure one chain and print it."""
+    """Simulate one chain, and print the results."""
     parser = argparse.ArgumentParser(description="detailed balance of warm chains")
     parser.add_argument("--potential", default="toda")
     parser.add_argument("--particles", type=int, default=10)

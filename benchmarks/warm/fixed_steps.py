@@ -1,9 +1,10 @@
 """
-Warm chains at one step for all: a distribution needs no single collision to be right.
+Simulate warm chains at a common time step, for distributions instead of single results.
 
-Long chains amplify what steps miss, so that another step gives another number. Composed steps keep
-volumes in phase space, and can be reversed, as the motion does and can: numbers are then others of
-the same distribution. Runs at three steps that agree in the distribution confirm this.
+Long chains amplify errors due to the time step, and another time step gives another result for a
+single collision. Composed steps, like the exact motion, preserve volumes in phase space and are
+reversible. The results at another time step are therefore other samples from the same distribution.
+Runs at three time steps whose distributions agree confirm this.
 """
 
 from dataclasses import dataclass
@@ -21,9 +22,11 @@ SCHEME = "order8"
 
 @dataclass(frozen=True)
 class Carried:
-    """Collisions at one step."""
+    """Results of collisions at one time step."""
 
-    e: NDArray[np.float64]  #: Restitution of speeds; nan if no end was found; of shape (samples,).
+    e: NDArray[
+        np.float64
+    ]  #: Ratio of speeds, of shape (samples,); nan if the end of the collision was not found.
     contacts: NDArray[np.int64]  #: Number of contacts; of shape (samples,).
     endings: list[str]  #: Ending of each collision.
 
@@ -31,7 +34,7 @@ class Carried:
 def carry(
     scene: Scene, samples: int, step: float, velocities: NDArray[np.float64] | None = None
 ) -> Carried:
-    """Carry out the collisions of so many seeds; what is drawn is the same at any step."""
+    """Simulate collisions for many seeds; initial states do not depend on the time step."""
     (group,) = group_scenes(scene.replace(seed=1), samples, velocities)
     batch = Batch(scene.line, scene.bond, SCHEME)
     share, parts = batch.share(step), []
@@ -49,5 +52,5 @@ def carry(
 
 
 def same_probability(up: int, down: int) -> float:
-    """Return how likely samples that change sides do so as unequally as these, by McNemar."""
+    """Return the p-value of McNemar's test, from the numbers of changes in both directions."""
     return float(stats.binomtest(up, up + down).pvalue) if up + down else 1.0

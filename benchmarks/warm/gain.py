@@ -1,31 +1,33 @@
 r"""
-How often a warm chain comes back faster than it came, and the second law's bounds on that.
+Measure how often warm chains gain speed in a collision, and test bounds of the second law.
 
     python -m benchmarks.warm.gain [--samples 1000] [--temperature 1e-3] [--potential log]
         [--timestep 0.2] [--only figure|bounds] [-o docs/images]
 
-Figure and table ``warm_gain``: mean e and P(e > 1) over the impact speed in units of the thermal
-speed of one particle, :math:`\sqrt{T/m}`, for n = 10, 50 and 100. All samples have one step, as a
-distribution needs no sample to be right: see ``fixed_steps``. Samples are drawn at a quarter of the
-given step. With the step itself, and with half of it, the same seeds are carried out, and McNemar's
-test says whether as many samples rise above 1 by the larger step as fall below.
+Figure and table ``warm_gain`` show mean e and P(e > 1) against the impact speed in units of the
+thermal speed of a particle, :math:`\sqrt{T/m}`, for n = 10, 50 and 100. All samples have the same
+time step, because a distribution does not require accurate single results: see ``fixed_steps``. The
+samples use a quarter of the given time step. The same seeds are also run with the whole and half of
+the time step. McNemar's test then compares how many samples rise above 1 with the larger time step
+and how many fall below.
 
-Table ``warm_bounds``. Tasaki (cond-mat/0408481) bounds what a body in equilibrium can gain at a
-wall: its momentum exceeds that before by :math:`O(\sqrt{M T})` at most. The test is this. The
-collision maps the flux :math:`|V|\,dP\,d\Gamma = dK\,d\Gamma`, with :math:`K = M V^2/2`, onto
-itself and keeps :math:`K + H` (see ``detailed_balance``). So, of the energies K alone, it is a
-stochastic map that keeps :math:`\pi(K) = e^{-K/T}/T`. Let K have the density p before and q after.
-Then :math:`\sup q/\pi \le \sup p/\pi`. With K spread evenly over a window of the width T above
-:math:`K_0` this gives, for every :math:`\Delta > 0`,
+Table ``warm_bounds`` tests a bound of Tasaki (cond-mat/0408481) on the gain of a body in
+equilibrium at a wall: the momentum after the collision exceeds the momentum before by at most
+:math:`O(\sqrt{M T})`. The collision maps the flux :math:`|V|\,dP\,d\Gamma = dK\,d\Gamma`, with
+:math:`K = M V^2/2`, onto itself and preserves :math:`K + H` (see ``detailed_balance``). For the
+energies K alone, it is therefore a stochastic map that preserves :math:`\pi(K) = e^{-K/T}/T`. Let
+p be the density of K before the collision and q the density after. Then
+:math:`\sup q/\pi \le \sup p/\pi`. If K is uniform in a window of width T above :math:`K_0`, this
+gives for every :math:`\Delta > 0`
 
-.. math:: P(K' \ge K_0 + T + \Delta) \le e^{-\Delta/T},
+.. math:: P(K' \ge K_0 + T + \Delta) \le e^{-\Delta/T}.
 
-and as :math:`P' \ge P + x\sqrt{2MT}` implies :math:`K' \ge K + x^2 T`, the momentum exceeds that
-before by :math:`x \sqrt{2 M T}` with a probability of at most :math:`e^{1 - x^2}`: Tasaki's
-statement. (For an impact speed without spread there is no such bound: sup p is infinite.) And as
-relative entropy to :math:`\pi` never grows, with S the entropies of p and q, :math:`\langle K'
-\rangle - \langle K \rangle \le T (S_q - S_p)`. Here :math:`S_p = \ln T`, and a mean bounds an
-entropy, :math:`S_q \le 1 + \ln \langle K' \rangle`:
+Because :math:`P' \ge P + x\sqrt{2MT}` implies :math:`K' \ge K + x^2 T`, the momentum exceeds that
+before by :math:`x \sqrt{2 M T}` with a probability of at most :math:`e^{1 - x^2}`, which is
+Tasaki's statement. (For a sharp impact speed there is no such bound, because sup p is infinite.)
+Relative entropy to :math:`\pi` never increases. With the entropies S of p and q,
+:math:`\langle K' \rangle - \langle K \rangle \le T (S_q - S_p)`. Here :math:`S_p = \ln T`, and a
+mean bounds an entropy, :math:`S_q \le 1 + \ln \langle K' \rangle`. Therefore
 
 .. math:: \langle K' \rangle - T \ln(\langle K' \rangle/T) \le \langle K \rangle + T.
 """
@@ -47,19 +49,19 @@ from chaincor.analysis.figures.style import BLUE, GREEN, VERMILION, new_figure
 
 RATIOS = (0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.5, 5.0, 10.0)
 PARTICLES = (10, 50, 100)
-# Parts of the step that is given, the one that counts first.
+# Fractions of the given time step. The first is used for the results.
 FINER = (0.25, 0.5, 1.0)
-# Lower ends of windows of impact energies, and gains, both in units of T.
+# Lower ends of windows of impact energies, and energy gains, both in units of T.
 WINDOWS = (0.0, 1.0, 4.0, 16.0)
 GAINS = (0.25, 0.5, 1.0, 2.0, 3.0)
 _COLOURS = (BLUE, VERMILION, GREEN)
-# Bounds are broken where so many samples beyond them would come by chance less often than this.
+# A bound is violated if the p-value of the number of samples beyond it is below this.
 LEAST_P = 1e-3
 _SEED = 408481
 
 
 def measure_gain(scene: Scene, samples: int, step: float) -> dict[str, Any]:
-    """Return mean e and P(e > 1) of one impact speed, and how these change with the step."""
+    """Return mean e and P(e > 1) at one impact speed, and their changes with the time step."""
     assert scene.temperature is not None
     runs = [carry(scene, samples, part * step) for part in FINER]
     sound = np.logical_and.reduce([np.isfinite(run.e) for run in runs])
@@ -93,18 +95,18 @@ def measure_gain(scene: Scene, samples: int, step: float) -> dict[str, Any]:
             f"up_{times}": up,
             f"down_{times}": down,
             f"p_same_{times}": same_probability(up, down),
-            # How many of the samples are other numbers by this step.
+            # Fraction of samples that change with this time step.
             f"moved_{times}": float(np.mean(np.abs(e - finest) > 1e-3)),
         }
     return row
 
 
 def measure_bounds(scene: Scene, window: float, samples: int, step: float) -> dict[str, Any]:
-    """Return how far chains with impact energies in one window are from the bounds."""
+    """Return how close chains with impact energies in a window come to the bounds."""
     assert scene.temperature is not None
     temperature, mass = scene.temperature, float(scene.particles)
     before = window + np.random.default_rng(_SEED).random(samples)
-    # Slower than this there are 1e-4 in the lowest window, whose place in it does not matter.
+    # In the lowest window, a fraction of 1e-4 is slower. Its exact energy does not matter.
     before = np.maximum(before, 1e-4)
     speeds = np.sqrt(2.0 * temperature * before / mass)
     e = carry(scene, samples, step, speeds).e
@@ -127,14 +129,14 @@ def measure_bounds(scene: Scene, window: float, samples: int, step: float) -> di
         hits = int(np.count_nonzero(after >= window + 1.0 + gain))
         test = stats.binomtest(hits, count, math.exp(-gain), alternative="greater")
         row |= {f"share_{gain:g}": hits / count, f"p_{gain:g}": float(test.pvalue)}
-    # Tasaki's own form: of the momentum.
+    # Tasaki's form of the bound, for the momentum.
     gained = (np.sqrt(after) - np.sqrt(before)) ** 2 * (after > before)
     worst = max(float(np.mean(gained >= x * x)) / math.exp(1.0 - x * x) for x in (1.0, 1.25, 1.5))
     return row | {"momentum_share_of_bound": worst}
 
 
 def draw(rows: list[dict[str, Any]], path: Path) -> None:
-    """Draw mean e and P(e > 1) over the impact speed."""
+    """Plot mean e and P(e > 1) against the impact speed."""
     figure, (above, below) = new_figure(2, 1, sharex=True, figsize=(5.2, 6.0))
     for particles, colour in zip(PARTICLES, _COLOURS, strict=True):
         mine = [row for row in rows if row["particles"] == particles]
@@ -162,7 +164,7 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def write_table(rows: list[dict[str, Any]], path: Path) -> None:
-    """Write a table with every digit."""
+    """Write a table with all digits."""
     with path.open("w", newline="") as file:
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()
@@ -170,7 +172,7 @@ def write_table(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def broken(row: dict[str, Any]) -> list[str]:
-    """Return the bounds that a row of the table breaks."""
+    """Return the bounds that a row of the table violates."""
     names = [f"gain of {gain:g} T" for gain in GAINS if row[f"p_{gain:g}"] < LEAST_P]
     if row["entropy_margin"] < -4.0 * row["standard_error"]:
         names.append("entropy")
@@ -180,7 +182,7 @@ def broken(row: dict[str, Any]) -> list[str]:
 
 
 def main() -> None:
-    """Measure, write, draw; fail where a bound is broken."""
+    """Compute, write and plot; fail if a bound is violated."""
     parser = argparse.ArgumentParser(description="gains of warm chains")
     parser.add_argument("--samples", type=int, default=1000)
     parser.add_argument("--temperature", type=float, default=1e-3)

@@ -1,12 +1,12 @@
 """
-Collisions a second of an ensemble, over the same collisions one by one.
+Compare the speed of an ensemble with that of single collisions.
 
     python -m benchmarks.warm.throughput [--samples 10000] [--singles 100] [--potential toda]
         [--particles 10] [--temperature 1e-3] [--velocity 0.1] [--tolerance 1e-6] [--workers 2]
 
-Both in turns, in one run: a share of the samples by `collide_many`, then some of the same seeds by
-`collide`, each of which must agree within both bars. Ratios of the time that passes, and of that of
-processors. Compiling is done before.
+Two methods alternate in one run: `collide_many` for a part of the samples, and `collide` for some
+of the same seeds. Each pair of results must agree within both error bars. Prints the ratios of
+elapsed times and of processor times. Loops are compiled before.
 """
 
 import argparse
@@ -20,14 +20,14 @@ ROUNDS = 10
 
 
 def timed(action: Callable[[], Any]) -> tuple[Any, float, float]:
-    """Return what an action returns, how long it took, and the processor time of this process."""
+    """Return the result of an action, the elapsed time, and this process's processor time."""
     started, cpu = time.perf_counter(), time.process_time()
     value = action()
     return value, time.perf_counter() - started, time.process_time() - cpu
 
 
 def compare(scene: Scene, samples: int, singles: int, workers: int) -> dict[str, float]:
-    """Return collisions a second both ways, and their ratios."""
+    """Return collisions per second of both methods, and their ratios."""
     collide_many(scene, 1, workers=workers)
     collide(scene)
     share, few = max(samples // ROUNDS, 1), max(singles // ROUNDS, 1)
@@ -58,7 +58,7 @@ def compare(scene: Scene, samples: int, singles: int, workers: int) -> dict[str,
 
 
 def main() -> None:
-    """Compare and print."""
+    """Compare both methods, and print the results."""
     parser = argparse.ArgumentParser(description="ensembles against single collisions")
     parser.add_argument("--samples", type=int, default=10_000)
     parser.add_argument("--singles", type=int, default=100)
