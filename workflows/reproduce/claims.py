@@ -56,7 +56,7 @@ def exact(paper: float, scale: float = 0.0) -> Margin:
 
     The error of our number must be below 10 % of the scale.
     """
-    return Margin(paper, scale or abs(paper), "said to be exact: within our own error")
+    return Margin(paper, scale or abs(paper), "exact in the paper: within our own error")
 
 
 def words(paper: float, scale: float = 0.0, scale_name: str = "") -> Margin:
@@ -66,7 +66,7 @@ def words(paper: float, scale: float = 0.0, scale_name: str = "") -> Margin:
     The margin is relative to `scale` if given, and otherwise to the paper's number.
     """
     whole, of = scale or abs(paper), scale_name or f"{abs(paper):.4g}"
-    reason = f"said in words: {_percent(ABOUT)} and {_percent(ROUGHLY)} of {of}"
+    reason = f"stated in words: {_percent(ABOUT)} and {_percent(ROUGHLY)} of {of}"
     return Margin(paper, whole, reason, ABOUT * whole, ROUGHLY * whole)
 
 
@@ -77,7 +77,7 @@ def digits(printed: str) -> Margin:
     return Margin(paper, paper, reason, 0.5 * unit, ABOUT * paper)
 
 
-TREND = Margin(1.0, 1.0, "a trend: it is so, or not", is_trend=True)
+TREND = Margin(1.0, 1.0, "a trend: it holds or it does not", is_trend=True)
 
 
 def _percent(share: float) -> str:
@@ -168,8 +168,9 @@ class Claim:
                 correction += f"; over the ranges tried {low:.2f} to {high:.2f}"
             return Judgement(Verdict.CORRECTED, correction)
         if margin.is_trend:
-            return Judgement(Verdict.NOT_REPRODUCED, "it is not so")
-        reason = f"{distance:.2g} away, where {max(margin.corrected_within, error):.2g} is allowed"
+            return Judgement(Verdict.NOT_REPRODUCED, "the trend does not hold")
+        allowed = max(margin.corrected_within, error)
+        reason = f"the difference is {distance:.2g}, but {allowed:.2g} is allowed"
         reason += f"; {correction}" if correction else ""
         return Judgement(Verdict.NOT_REPRODUCED, reason)
 
@@ -179,7 +180,7 @@ class Claim:
         if not math.isfinite(finding.value):
             return f"no number: {finding.text}"
         if finding.error > (margin.corrected_within or ABOUT * margin.whole):
-            return f"the error of our own number, {finding.error:.2g}, is too large to say"
+            return f"our own error, {finding.error:.2g}, is too large to decide"
         apart = sum(point.agrees is False for point in points)
         if apart > _DISAGREEMENTS_ALLOWED * len(points):
             return f"LAMMPS and the reference engine disagree on {apart} of {len(points)} points"

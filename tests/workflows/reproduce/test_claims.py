@@ -57,7 +57,8 @@ def test_margins_decide(value, error, verdict):
 def test_reasons_are_those_of_the_number_found():
     assert CLAIM.judge(ClaimFinding(2.3, 0.0, "")).reason == "x is 2.3"
     assert (
-        CLAIM.judge(ClaimFinding(3.0, 0.0, "")).reason == "1 away, where 0.5 is allowed; x is 3.0"
+        CLAIM.judge(ClaimFinding(3.0, 0.0, "")).reason
+        == "the difference is 1, but 0.5 is allowed; x is 3.0"
     )
 
 
@@ -98,7 +99,10 @@ def test_a_trend_is_there_or_not():
     claim = made(TREND)
     assert claim.judge(ClaimFinding(1.0, 0.0, "")).verdict is Verdict.REPRODUCED
     judgement = claim.judge(ClaimFinding(0.0, 0.0, ""))
-    assert (judgement.verdict, judgement.reason) == (Verdict.NOT_REPRODUCED, "it is not so")
+    assert (judgement.verdict, judgement.reason) == (
+        Verdict.NOT_REPRODUCED,
+        "the trend does not hold",
+    )
 
 
 def test_how_far_a_number_depends_on_its_range_widens_no_margin():

@@ -23,7 +23,7 @@ from chaincor.workflows.reproduce.figures.restitution_curves import (
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber, column
 
 _KEY = "contacts_and_restitution"
-_RISE = (0.16, "0.16, by which f(n)/n of lj chains rises (here)")
+_RISE = (0.16, "0.16, the rise of f(n)/n of lj chains here")
 # "near 1" means within these bounds, because the margin of words is 10 %.
 _AROUND_SCALE = (0.9, 1.1)
 

@@ -84,8 +84,8 @@ def difference_over_velocities(
 @claim(
     "section II",
     exact(0.0, 2.0),
-    "its contact time does not either",
-    text="nor does t_c: differences of t_c/τ are 0",
+    "harmonic contact time does not depend on v₀",
+    text="t_c of a harmonic chain does not depend on v₀: differences of t_c/τ are 0",
 )
 def _independence_of_contact_time(measured: Measurements) -> ClaimFinding:
     return difference_over_velocities(
@@ -97,8 +97,8 @@ def _independence_of_contact_time(measured: Measurements) -> ClaimFinding:
 @claim(
     "section II",
     exact(0.0, 0.001),
-    "nor its shares of the modes",
-    text="nor does E_j/E of any mode: differences are 0",
+    "harmonic mode energies E_j/E do not depend on v₀",
+    text="E_j/E of a harmonic chain does not depend on v₀ for any mode: differences are 0",
 )
 def _independence_of_modes(measured: Measurements) -> ClaimFinding:
     return difference_over_velocities(
@@ -196,7 +196,7 @@ def _interval_of_two(measured: Measurements) -> ClaimFinding:
     return ClaimFinding(
         interval,
         error,
-        f"interval between the two contacts, {chain.origin}; ± what the engines differ by",
+        f"interval between the two contacts, {chain.origin}; ± difference between the engines",
         [chain],
     )
 
@@ -211,7 +211,7 @@ def _interval_of_two(measured: Measurements) -> ClaimFinding:
 @number_of_paper_chain
 def _interval(point: MeasuredPoint, intervals: Array, _speeds: Array) -> tuple[float, str]:
     return float(np.mean(intervals)), (
-        f"mean over {intervals.size} intervals, {point.origin}; ± what the engines differ by; "
+        f"mean over {intervals.size} intervals, {point.origin}; ± difference between the engines; "
         f"median {np.median(intervals):.4f}"
     )
 
@@ -243,7 +243,7 @@ def _contacts_per_particle(
 ) -> tuple[float, str]:
     return speeds.size / PAPER_CHAIN, (
         f"{speeds.size} contacts, {point.origin}; the paper's 0.867 would be "
-        f"{0.867 * PAPER_CHAIN:.1f} contacts, which is no whole number"
+        f"{0.867 * PAPER_CHAIN:.1f} contacts, which is not a whole number"
     )
 
 
@@ -269,8 +269,8 @@ def _incoming_speed(point: MeasuredPoint, _intervals: Array, speeds: Array) -> t
     # contact at speed v contributes 2 v.
     momentum = (1.0 + point.restitution**0.5) / (2.0 * speeds.size / PAPER_CHAIN)
     return float(np.mean(speeds)), (
-        f"mean over {speeds.size} contacts, {point.origin}; ± what the engines differ by; momentum "
-        f"alone asks for n(1 + √η)/(2f) = {momentum:.4f}"
+        f"mean over {speeds.size} contacts, {point.origin}; ± difference between the engines; "
+        f"momentum conservation gives n(1 + √η)/(2f) = {momentum:.4f}"
     )
 
 

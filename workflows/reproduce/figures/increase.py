@@ -103,8 +103,8 @@ def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> Cla
         limit,
         error,
         f"limit v₀ → 0 of the power of {quantity} between neighbouring speeds, by the "
-        f"{_SLOWEST} slowest; at {places[0]:.2g} v* it is {powers[0]:.3f}; ± what one speed "
-        "less and error bars change",
+        f"{_SLOWEST} slowest; at {places[0]:.2g} v* it is {powers[0]:.3f}; ± change if "
+        "one speed is left out, with error bars",
         curve.points[:_SLOWEST],
     )
 
@@ -188,7 +188,7 @@ def _printed_power(order: int) -> Claim:
             fit.exponent,
             fit.exponent_error,
             f"fit to {fit.points} points, {fit.first:.3g} to {fit.last:.3g} v*, the range of all "
-            "low-speed fits here; over its halves and carried on "
+            "low-speed fits here; over its halves and at higher speeds "
             + ", ".join(f"{o.exponent:.2f} ({o.first:.2g} to {o.last:.2g} v*)" for o in others)
             + f".{kinks}",
             part.points,

@@ -186,7 +186,7 @@ def figure(measured: Measurements) -> Figure:
         key=_KEY,
         title="Dissipation of Lennard-Jones chains against their length, at five speeds",
         caption=(
-            "The paper's figure 5, carried on to longer chains. Filled: LAMMPS; "
+            "The paper's figure 5, extended to longer chains. Filled: LAMMPS; "
             "open: reference engine. Grey: the harmonic chain, whose dissipation "
             "vanishes as n^(−2/3). A curve that levels off stays finite in the "
             "limit of long chains, and all curves level off here. Exponent of 1 − "

@@ -33,10 +33,10 @@ def _external_frequency(
 ) -> tuple[float, str]:
     highest = 2.0 * np.sin(0.5 * np.pi * (point.particles - 1) / point.particles)
     return float(2.0 * np.pi / np.mean(intervals)), (
-        f"2π over the mean interval, {point.origin}; ± what the engines differ by; the highest "
-        f"mode has {highest:.3f}, so that it is above all modes on average, and for all intervals "
-        f"but {np.sum(intervals > np.pi)}. The paper's conclusion from it is among the "
-        "[slips](#slips)"
+        f"2π over the mean interval, {point.origin}; ± difference between the engines. The highest "
+        f"mode has {highest:.3f}, so the wall's frequency is above all modes on average, and in "
+        f"all but {np.sum(intervals > np.pi)} of the intervals. The [slips](#slips) discuss the "
+        "paper's conclusion"
     )
 
 
@@ -85,7 +85,7 @@ def _alpha(measured: Measurements) -> ClaimFinding:
         limit,
         change + 1e-5,
         f"limit v₀ → 0 of a parabola through {len(slow)} speeds up to 0.1 v*, {ours} by LAMMPS and "
-        f"{len(slow) - ours} by the reference engine; ± what one speed less changes; "
+        f"{len(slow) - ours} by the reference engine; ± change if one speed is left out; "
         f"first-order theory gives {pair_interval_slope(_BOND):.5f}; intervals agree with the "
         f"exact quadrature to {deviation:.0e}",
         slow,
@@ -116,10 +116,9 @@ def figure(measured: Measurements) -> Figure:
         title="The chain of two: how the interval between contacts shortens",
         caption=(
             "(1 − √2 Δt/π)/(v₀/v*) of two lj particles, which tends to α of eq. (15) at low speed. "
-            "Filled: LAMMPS; open: reference engine, at speeds where LAMMPS misses the error "
-            "asked; line: "
-            f"exact quadrature; its limit is {pair_interval_slope(_BOND):.4f}, where the "
-            "paper has 0.808."
+            "Filled: LAMMPS; open: reference engine, at speeds where LAMMPS misses the target "
+            f"error; line: exact quadrature, with the limit {pair_interval_slope(_BOND):.4f} "
+            "(paper: 0.808)."
         ),
         alt="The shortening over v₀ falls from 0.81 to 0.7; all dots are on the exact curve.",
         draw=draw,

@@ -21,7 +21,7 @@ from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurement
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, ReproductionPlan, Study, chains
 
 # Differences and limits are compared with the range of eta in our curve for lj chains.
-FALL = (0.26, "0.26, by which η of lj chains falls (here)")
+FALL = (0.26, "0.26, the fall of η of lj chains here")
 _KEY = "restitution_curves"
 # Bonds in the paper's order, with their names in the legend.
 _BONDS = {"lj": "Lennard-Jones", "toda": r"Toda ($b=10$)", "log": "logarithmic"}
@@ -70,7 +70,8 @@ def _low_speed_limit(measured: Measurements) -> ClaimFinding:
         value,
         error,
         f"η of the harmonic chain less η, limit v₀ → 0 of a parabola through the {_SLOWEST} "
-        f"slowest speeds, the largest of three; ± what one speed less and error bars change; at "
+        "slowest speeds, the largest of three; ± change if one speed is left out, with error "
+        "bars; at "
         f"{used[0][0].speed:g} v* it is still {max(gaps, key=abs):.5f}",
         [p for points in used for p in points],
     )
@@ -103,8 +104,8 @@ def _place_of_the_minimum(measured: Measurements) -> ClaimFinding:
     return ClaimFinding(
         float(np.mean(places)),
         float(max(low.place_error for low in lows.values())),
-        f"mean of three potentials, each by a parabola through the three lowest points; ± what "
-        f"a parabola through five changes; {'; '.join(described)}",
+        "mean of three potentials, each by a parabola through the three lowest points; ± change "
+        f"with a parabola through five points; {'; '.join(described)}",
         [p for points in every.values() for p in points],
         (min(places), max(places)),
     )

@@ -130,9 +130,9 @@ def _not_in_accord(measured: Measurements) -> ClaimFinding:
     return ClaimFinding(
         float(min(_PAPER_SLOPE, theory) > max(slopes)),
         0.0,
-        f"theory: {_PAPER_SLOPE} as printed, {theory:.2f} with the dropped factor put back, which "
-        f"is further still from every simulated value, {min(slopes):.2f} to {max(slopes):.2f} "
-        "here; the authors say so themselves",
+        f"theory: {_PAPER_SLOPE} as printed, {theory:.2f} with the dropped factor restored, which "
+        f"is even further from every simulated value ({min(slopes):.2f} to {max(slopes):.2f} "
+        "here); the authors also say that theory and simulation disagree",
     )
 
 
@@ -154,7 +154,7 @@ def _power_lj(measured: Measurements) -> ClaimFinding:
 @claim(
     "after eq. (18)",
     words(1.0),
-    "that of toda and log chains too",
+    "dissipation of toda and log chains grows as v₀",
     figure="restitution_curves",
     text='"the exponent is the same for other types of chains": p = 1 for toda and log',
 )
@@ -168,7 +168,7 @@ def _power_of_other_types(measured: Measurements) -> ClaimFinding:
     described = ", ".join(
         f"{name} {finding.value:.3f} ± {finding.error:.3f}" for name, finding in powers.items()
     )
-    text = f"of two the one further from 1, {described}: {farthest.text}"
+    text = f"the exponent further from 1 of {described}: {farthest.text}"
     return replace(farthest, text=text)
 
 

@@ -164,7 +164,7 @@ def _spectrum(measured: Measurements) -> ClaimFinding:
         f"sum over j of |E_j of the formula − E_j of the chain| over the sum of the latter, "
         f"{point.origin}; of modes 1 to {half}, which have half of the energy, "
         f"{low_apart:.2f}; of all energy of vibration the formula has "
-        f"{float(np.sum(formula) / np.sum(found)):.2f}; ± what the engines differ by",
+        f"{float(np.sum(formula) / np.sum(found)):.2f}; ± difference between the engines",
         [point],
     )
 
