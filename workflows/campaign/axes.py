@@ -1,4 +1,4 @@
-"""Define the axes of a sweep, and the fields of a scene that each of their values sets."""
+"""Define the axes of a sweep. Each value on an axis sets fields of a scene."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

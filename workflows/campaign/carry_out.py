@@ -15,7 +15,7 @@ from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import PointProgress
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 
-# If the disk is full or memory is lacking, only the collision that needs it fails.
+# If the disk is full or memory runs out, only the collision at hand fails.
 MACHINE_FAILURES = (OSError, MemoryError)
 # Each worker has one running task and one waiting task, which begins without a delay.
 TASKS_PER_WORKER = 2
@@ -64,8 +64,8 @@ def carry_out(
 
     At most `in_flight` tasks are submitted at a time. If `tasks` yields None, workers still prepare
     the next task. Just before a task is submitted, `is_wanted` tells which of its collisions are
-    still wanted. If a task leaves collisions without result or error, they are carried out next,
-    one by one.
+    still wanted. If collisions of a task get neither a result nor an error, they are carried out
+    next, one by one.
 
     `take` is called with all results that have arrived since its last call, also after an
     interrupt. `advance` is called with the expected seconds and the number of finished collisions.
@@ -143,7 +143,7 @@ def _ended_by_now(
 
 
 def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:
-    """Return the results of a task, and its collisions that must be computed again, alone."""
+    """Return the results of a task, and those of its collisions that must run again alone."""
     try:
         found = future.result()
     except CancelledError:

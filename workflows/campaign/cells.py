@@ -52,8 +52,8 @@ class Cells:
     A cell contains the points that share a row of a store because they differ only in their
     tolerance. Cells are numbered, and their points are created on request. Chains of one length
     follow each other, and a fixed permutation scatters them over the other axes. All parts
-    therefore have equally many chains of each length and take about equally long. They are the same
-    on every machine.
+    therefore have equally many chains of each length and take about equally long. The division is
+    the same on every machine.
 
     Raise SweepError if part `number` of `count` does not exist.
     """
@@ -89,7 +89,7 @@ class Cells:
 
     @property
     def number_of_points(self) -> int:
-        """Number of points. For a large part, it is estimated from the mean number per cell."""
+        """Number of points. For a large part, the number is estimated from the mean per cell."""
         if self._parts == 1:
             return len(self.points)
         if len(self) <= WINDOW:

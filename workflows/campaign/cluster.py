@@ -19,7 +19,7 @@ from chaincor.workflows.versions import version_of
 _CONNECT_SECONDS = 10.0
 # A scheduler counts as lost if it does not answer for longer than this.
 _PATIENCE_SECONDS = 5.0
-# When a client leaves, the scheduler drops its tasks, so the client waits only this long for them.
+# When this client leaves, the scheduler drops its tasks. The client therefore waits only this long.
 _LEAVE_SECONDS = 1.0
 # Seconds between two messages that the scheduler has no workers.
 _REPORT_SECONDS = 60.0
@@ -136,7 +136,7 @@ class DaskCluster(Executor):
     def _finish(self, task: Any, result: Future) -> None:
         from distributed import CancelledError, KilledWorker
 
-        if self._stop.is_set():  # nobody waits for the result
+        if self._stop.is_set():  # the result is no longer needed
             return
         value: Any = None
         error: Exception | None = None
@@ -242,7 +242,7 @@ def _connect(address: str) -> Any:
 
 
 def _silence_loggers() -> None:
-    """Silence Dask's loggers, each of which gets its own level when Dask is imported."""
+    """Silence each of Dask's loggers, because each gets its own level when Dask is imported."""
     for name in (*_NOISY_LOGGERS, *logging.root.manager.loggerDict):
         if name.partition(".")[0] in _NOISY_LOGGERS:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)

@@ -76,10 +76,10 @@ class IntoStore:
     time. If scenes in a window differ only in their tolerance, the tightest tolerance counts.
 
     If `arrays` is true, contacts, mode energies and final states are stored too. If `details` is
-    false, rows have only their columns. If `recompute` is true, stored results are computed again,
-    and if `retry_failed` is true, failures are. A result that is computed again, for this reason or
-    because it lacks arrays, gets at least its earlier accuracy. `keep_jobs` is a folder for the
-    LAMMPS jobs.
+    false, rows have only their columns. If `recompute` is true, stored results are computed again.
+    If `retry_failed` is true, failed collisions are computed again. If a stored result is computed
+    again, on request or because it lacks arrays, the new result is at least as accurate.
+    `keep_jobs` is a folder for the LAMMPS jobs.
     """
 
     def __init__(
@@ -166,7 +166,7 @@ class IntoStore:
         """Yield tasks, and None while workers still prepare the points of the next window."""
         yield from _in_turn(self._first, parts, seconds)
         preparing: deque[tuple[list[Point], list[Future]]] = deque()
-        # While one window is computed, other windows are prepared. Each takes up to two tasks.
+        # While one window is computed, other windows are prepared. A window takes up to two tasks.
         most = min(2 + parts // 4, _MOST_PREPARED)
         while True:
             while len(preparing) < most and (points := next(self._windows, None)):
@@ -201,7 +201,7 @@ class IntoStore:
         return missing if self._keep_jobs is None else _keeping_jobs(missing, self._keep_jobs)
 
     def _is_wanted(self, asked: Sequence[CollisionRequest]) -> Sequence[bool]:
-        """Return whether each collision must still be computed, or another sweep has stored it."""
+        """Return, for each collision, whether it is still missing after work of other sweeps."""
         # After another program has written to the store, each collision is looked up again.
         self._shared = self._shared or self._store.version() != self._version
         if not self._shared:
@@ -288,7 +288,7 @@ def _keeping_jobs(asked: Sequence[CollisionRequest], folder: Path) -> list[Colli
     """
     Return the collisions, with a folder for each LAMMPS job.
 
-    Raise InputError if a folder cannot be used, instead of a failure of the collision later.
+    Raise InputError if a folder cannot be used. Otherwise the collision would fail later.
     """
     kept = []
     for each in asked:

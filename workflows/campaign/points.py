@@ -23,9 +23,9 @@ class SweepPoints(Sequence[Scene]):
     """
     Points of a sweep with crossed axes, as scenes that are created on request.
 
-    Each of the `groups` is an axis, or several axes that move together. It gives the fields of the
-    `base` scene that each value sets. Different groups set different fields, and the last group
-    varies fastest. Relative paths start at `folder`, the folder of the sweep file.
+    Each of the `groups` is an axis, or several axes that move together. A group gives the fields of
+    the `base` scene that each of its values sets. Different groups set different fields, and the
+    last group varies fastest. Relative paths start at `folder`, the folder of the sweep file.
     """
 
     def __init__(self, base: dict[str, Any], groups: Sequence[Axis], folder: Path) -> None:
@@ -150,7 +150,7 @@ def fields_set(axes: Mapping[str, Axis]) -> list[str]:
 
 
 def _fields(axis: Axis) -> set[str]:
-    """Return the fields that an axis sets, where each parameter of a formula has its own name."""
+    """Return the fields that an axis sets; each parameter of a formula is a field of its own."""
     if isinstance(axis, ValuesAxis) and axis.name != "parameters":
         return {axis.name}
     found: set[str] = set()

@@ -125,7 +125,7 @@ class _Worker:
             # worker's death.
             if self._pipe in wait([self._pipe, self._process.sentinel]):
                 return self._pipe.recv()
-        except (EOFError, OSError):  # an incomplete answer is an OSError
+        except (EOFError, OSError):  # an incomplete answer raises an OSError
             pass
         raise WorkerDiedError(self._obituary())
 
@@ -194,7 +194,7 @@ def _leave_with_parent(folder: str, patience: float | None = None) -> None:
 
 @contextlib.contextmanager
 def sent(what: str, to: str, error: type[ChaincorError]) -> Iterator[None]:
-    """Replace an error in pickling inside the block by `error`."""
+    """If pickling fails inside the block, raise `error` instead."""
     try:
         yield
     except (pickle.PicklingError, AttributeError, TypeError) as reason:

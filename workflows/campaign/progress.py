@@ -230,6 +230,6 @@ def _time_text(elapsed: float, expected: float, known: str, begin: str) -> str:
     if elapsed <= expected:
         return f"{begin}, {known} expected"
     if expected < _QUIET_SECONDS:
-        # The start of the program takes this time, not the collision.
+        # Most of this time is the start of the program instead of the collision.
         return f"{begin}, of which the collision itself needs about {format_duration(expected)}"
     return f"{begin}, {format_duration(expected)} were expected; how much longer is not known"

@@ -55,11 +55,11 @@ def read_sweep(path: Path | str) -> Sweep:
     """
     Read a sweep file, in TOML.
 
-    ``[scene]`` is the base scene, and each key in ``[axes]`` is an axis. The values of an axis are
-    a list, or a range ``{from, to, points | step, spacing = "linear" | "log"}``, of values for the
-    field with the name of the axis. An axis ``masses`` needs a list of lists, and a range of
-    ``seed`` is ``{from, to}``. The values can also be tables, each of which sets several fields. An
-    axis ``parameters.a`` sets one parameter of a formula.
+    ``[scene]`` is the base scene, and each key in ``[axes]`` is an axis. An axis has the name of
+    the field that it sets. Its values are a list, or a range ``{from, to, points | step, spacing =
+    "linear" | "log"}``. An axis ``masses`` needs a list of lists, and a range of ``seed`` is
+    ``{from, to}``. If the values are tables, each of them sets several fields. An axis
+    ``parameters.a`` sets one parameter of a formula.
 
     ``zip = [["particles", "speed"]]`` makes axes move together. ``store`` is the file for the
     results, ``arrays`` stores arrays, and ``details = false`` drops the details of results.

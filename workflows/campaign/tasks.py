@@ -84,7 +84,7 @@ def with_batches(asked: Sequence[CollisionRequest], weight: float = 1.0) -> list
     """
     Return requests with shorter expected times if enough collisions can run in batches.
 
-    In a sample, each collision stands for `weight` collisions.
+    If the collisions are a sample, each of them stands for `weight` collisions.
     """
     counts = Counter(each.kind for each in asked if each.kind is not None)
     few = {kind for kind, count in counts.items() if count * weight < LEAST_TOGETHER}

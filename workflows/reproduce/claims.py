@@ -9,7 +9,7 @@ trend, our number is 1 if the trend exists and 0 if it does not.
 Some claims depend on a choice that the paper does not state, such as a range of speeds. A claim is
 undecided only if this choice can explain the difference between the paper's number and ours. If our
 number varies with the choice by more than twice the wider margin of words, the quantity is not
-constant. The claim that it is constant is then not reproduced.
+constant. A claim that the quantity is constant is then not reproduced.
 """
 
 import math
@@ -119,7 +119,7 @@ class Claim:
     brief: str  #: Claim in a few words, for the summary.
     #: Function that finds our number. It raises NoNumber if the points do not determine one.
     find: Callable[[Measurements], ClaimFinding]
-    #: Correct statement, if the claim needs a correction; ``{value}`` is our number.
+    #: Corrected statement, if the claim needs one; ``{value}`` is our number.
     correction: str = ""
     #: Choice on which the number depends but which the paper does not state; empty if there is
     #: none.
@@ -197,7 +197,7 @@ def claim(
     where: str, margin: Margin, brief: str, *, text: str = "", key: str = "", **more: Any
 ) -> Callable[[Callable[[Measurements], ClaimFinding]], Claim]:
     """
-    Return a decorator that makes a claim from a function that finds our number.
+    Return a decorator for a function that finds our number; the result is a claim.
 
     By default, the text of the claim is its brief text, and its key is the name of the function.
     """

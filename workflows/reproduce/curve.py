@@ -20,7 +20,7 @@ class PowerLaw:
     #: error is nan if there are fewer than three points, and 0 if p is fixed.
     exponent_error: float
     prefactor: float  #: Prefactor A.
-    prefactor_error: float  #: Error of A, with contributions like those to the error of p.
+    prefactor_error: float  #: Error of A, found like the error of p.
     first: float  #: Smallest x.
     last: float  #: Largest x.
     points: int  #: Number of points.
@@ -144,8 +144,8 @@ def limit_at_zero(x: Array, y: Array, degree: int) -> tuple[float, float]:
     """
     Extrapolate a polynomial to 0.
 
-    Return the value at 0, and how much it changes without the last point. The values of x must
-    increase.
+    Return the value at 0, and how much this value changes without the last point. The values of x
+    must increase.
     """
     limit, shorter = (
         float(np.polyfit(x[:count], y[:count], degree)[-1]) for count in (x.size, x.size - 1)
@@ -159,8 +159,9 @@ class Minimum:
 
     place: float  #: Position x of the minimum.
     value: float  #: Value of the curve at the minimum.
-    #: Error of the position: its change if the parabola is fitted to five points instead of three.
-    #: If there are fewer than five points, half the distance between the neighbouring points.
+    #: Error of the position: the change if the parabola is fitted to five points instead of three.
+    #: If there are fewer than five points, the error is half the distance between the neighbouring
+    #: points.
     place_error: float
 
 

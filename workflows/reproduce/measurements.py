@@ -158,7 +158,7 @@ class MeasuredPoint:
         """
         Sum of both engines' errors.
 
-        The error of LAMMPS is the one that its own runs show.
+        LAMMPS's error is estimated from LAMMPS runs alone.
         """
         if math.isnan(self.summed_bars):
             return math.nan

@@ -54,7 +54,7 @@ def by_echo(scenes: Sequence[Scene]) -> dict[Scene, Answer]:
     """
     Collide long harmonic chains by the echo method.
 
-    The contacts of these chains are equal until an echo from the free end arrives.
+    The contacts do not depend on the length of a chain until an echo from the free end arrives.
     """
     by_length = {scene.particles: scene for scene in scenes}
     started = time.process_time()

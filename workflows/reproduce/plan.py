@@ -40,7 +40,7 @@ class ReproductionPlan:
     #: Lengths of lj chains at the paper's five speeds. The most expensive scenes are computed only
     #: by the reference engine.
     sizes: tuple[int, ...]
-    #: Additional lengths of lj chains for each speed, only for the reference engine.
+    #: Lengths of longer lj chains for each speed, only for the reference engine.
     far_sizes: dict[float, tuple[int, ...]]
     #: Speeds for the increase of dissipation, for each order. Chains of order 3 break from 0.15 v*
     #: on, and reach their low-speed limit only below 0.005 v*.
@@ -49,7 +49,7 @@ class ReproductionPlan:
     increase_tolerances: dict[int, float]
     #: Lengths of lj chains for C, the initial slope of dissipation against speed.
     slope_sizes: tuple[int, ...]
-    #: Additional lengths of lj chains for C, only for the reference engine.
+    #: Lengths of longer lj chains for C, only for the reference engine.
     slope_far_sizes: tuple[int, ...]
     slope_speeds: tuple[float, ...]  #: Speeds of the chains for C.
     slow_sizes: tuple[int, ...]  #: Lengths of slow chains with five bonds.

@@ -131,7 +131,7 @@ def _answered(questions: dict[str, str]) -> list[dict[str, str]]:
 
 
 def describe_found(row: dict[str, Any]) -> str:
-    """Write our number with its error, or whether a trend exists."""
+    """Write our number with its error, or for a trend whether it exists."""
     return _number(row["is_trend"], row["value"], row["error"])
 
 
@@ -191,7 +191,7 @@ def _versions_of(measured: Measurements) -> dict[str, str]:
     """
     Return the versions that computed the results.
 
-    A store from several sessions can have several.
+    If a store was continued, several versions can have computed its results.
     """
     found: dict[str, set[str]] = {}
     for point in measured.all_points():

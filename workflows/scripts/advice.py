@@ -29,7 +29,7 @@ class ScriptAdvice:
 
 
 def runs_to_average(verdict: LadderVerdict, tolerance: float) -> list[int | None]:
-    """Return, for each rung, the number of runs whose mean meets a tolerance; None if too many."""
+    """Return, for each rung, how many runs to average to meet a tolerance; None if too many."""
     bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
     found: list[int | None] = []
     for promised, error, scatter in zip(verdict.promised, bias, verdict.scatter, strict=True):

@@ -13,10 +13,11 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.advice import largest_value, runs_to_average
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 
-# State of a quantity at the script's own value. "small enough": one run meets the tolerance. "too
-# noisy": only a mean of several runs meets the tolerance. "too large": not even a mean meets the
-# tolerance. "beyond": no tried value meets the tolerance, and the runs show the error. "not
-# judged": the scatter between the runs hides the error. "constant": all runs give the same result.
+# Possible states of a quantity at the script's own value. "small enough": one run meets the
+# tolerance. "too noisy": only a mean of several runs meets the tolerance. "too large": not even a
+# mean meets the tolerance. "beyond": no tried value meets the tolerance, and the runs show the
+# error. "not judged": the scatter between the runs hides the error. "constant": all runs give the
+# same result.
 AnswerState = Literal["small enough", "too noisy", "too large", "beyond", "not judged", "constant"]
 # A coarser value is mentioned if it is larger by at least this factor.
 _COARSER = 1.1
@@ -205,7 +206,7 @@ def _rung(steps: Array, at: float) -> int:
 
 
 def _unseen(number: NumberLadder, tolerance: float) -> NDArray[np.bool_]:
-    """Mark the rungs from which on no error surely exceeds the tolerance."""
+    """Mark each rung if neither this rung nor a finer one surely exceeds the tolerance."""
     verdict, means = number.verdict, number.results.mean(axis=1)
     best = float(means[-1]) if verdict.value is None else verdict.value
     error = (verdict.value_error or 0.0) + 2.0 * verdict.scatter / math.sqrt(

@@ -139,7 +139,7 @@ def _plot_costs(panel: "Axes", study: "ScriptStudy", name: str) -> None:
     """Draw the errors of one quantity against processor time."""
     largest = smallest = 0.0
     for k, (each, number) in enumerate(_numbers(study, name)):
-        # If a finer rung costs less than a coarser one, that is chance.
+        # If a finer rung costs less than a coarser one, the reason is noise of the machine.
         costs = np.minimum.accumulate(each.seconds[::-1])[::-1]
         largest, smallest = max(largest, costs.max()), min(smallest or costs.min(), costs.min())
         colour, errors = CYCLE[k % len(CYCLE)], _errors(number)

@@ -18,8 +18,8 @@ from chaincor.workflows.scripts.vary_options import in_whole_numbers
 
 # If LAMMPS refuses a number because it is not whole, it prints one of these messages.
 _WANTS_WHOLE = ("Expected integer", "Expected an integer")
-# The user exchanged the ends if a run at the coarse end takes longer by the factor _DEARER than a
-# run at the fine end, and at least _SURELY_SECONDS.
+# The ends of a ladder were probably exchanged if a run at the coarse end takes more than _DEARER
+# times as long as a run at the fine end, and more than _SURELY_SECONDS.
 _DEARER, _SURELY_SECONDS = 2.0, 0.5
 # End times of comparable runs may differ by at most this fraction.
 _SAME_END = 1e-6
@@ -64,7 +64,7 @@ class ScriptLadder:
     numbers: tuple[NumberLadder, ...]  #: Results by quantity.
     #: Earliest and latest physical end time of the runs; None if unknown.
     ends: tuple[float, float] | None
-    repeatable: bool  #: Whether the same command gave the same digits again.
+    repeatable: bool  #: Whether a repeated command gave the same digits again.
 
     @property
     def values(self) -> Array:

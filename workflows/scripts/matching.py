@@ -16,7 +16,7 @@ _SAME_PLACE, _SAME_SPEED = 1e-9, 1e-9
 
 @dataclass(frozen=True)
 class Match:
-    """Which particles of two runs correspond, and whether they start alike."""
+    """Pairs of corresponding particles in two runs, and whether the runs start alike."""
 
     order: IndexArray  #: For each particle of the first run, its index in the second run.
     renumbered: bool  #: Whether ids differ, so that particles were matched by position.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
 
 _WIDTHS = (20, -24, -12, -10, 0, -13)
-# A run should have this number of independent samples.
+# The error bar of a mean needs this number of independent samples in a run.
 _ENOUGH_SAMPLES = 30
 
 
@@ -165,7 +165,7 @@ def run_longer(independent: float) -> str:
 
 
 def factor_for_bar(independent: float) -> int:
-    """Return by which factor a run with this many independent samples must be longer."""
+    """Return by which factor a run must be longer for the error bar of its mean."""
     return max(math.ceil(_ENOUGH_SAMPLES / max(independent, 1.0)), 2)
 
 

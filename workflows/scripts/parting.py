@@ -2,8 +2,8 @@
 Compare runs that should differ only by roundings: process count, last digit, restart.
 
 In chaotic motion, the distance between the runs grows as exp(lambda t) until the runs have parted.
-In a crystal, the distance does not grow. If the runs differ from the beginning, the cause is no
-rounding, and the module looks for it.
+In a crystal, the distance does not grow. If the runs differ from the beginning, roundings are not
+the cause, and the module searches for another one.
 """
 
 import math
@@ -31,7 +31,7 @@ PARTED = 0.01
 # During the first part of a run, of relative length _EARLY, roundings cause at most the distance
 # _AT_ONCE.
 _AT_ONCE, _EARLY = 1e-6, 0.1
-# A change of the last digit displaces the particles by this fraction of the box length.
+# To change the last digit, particles are displaced by this fraction of the box length.
 _SHAKEN = 1e-15
 # The growth rate is fitted to distances above this multiple of the smallest one.
 _GROWN_FROM = 1e3
@@ -51,7 +51,7 @@ class Difference:
     #: Standard error of the difference; nan unless the quantity is a mean, inf if the samples are
     #: too few.
     error: float
-    independent: float  #: Number of independent samples in the shorter of two means.
+    independent: float  #: Number of independent samples in a mean, the smaller one of both runs.
 
     @property
     def is_rounding(self) -> bool:

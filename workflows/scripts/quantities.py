@@ -24,8 +24,8 @@ _ENERGIES = (
     *("edihed", "eimp", "emol", "elong", "etail", "enthalpy"),
 )
 _QUANTITY = re.compile(r"(?P<what>[cfv]_\w+(\[\d+\])*|[a-z][a-z0-9]*)(:(?P<kind>\w+))?", re.ASCII)
-# The search for a pattern may take very long or fill the memory. It therefore runs in a separate
-# process, for at most this time.
+# The search for a pattern may take very long or fill the memory. The search therefore runs in a
+# separate process, for at most this number of seconds.
 PATTERN_SECONDS = 10.0
 _LONGEST_PATTERN = 1000
 # Only the last match counts, so only the end of a long output is searched.
@@ -52,7 +52,7 @@ print(json.dumps({"groups": pattern.groups, "found": None if last is None else l
 
 @dataclass(frozen=True)
 class ObservedNumber:
-    """One number of a run."""
+    """Value of a quantity in one run."""
 
     value: float  #: Value of the quantity.
     unit: float = 0.0  #: Unit of the last printed digit; 0 for sampled quantities.
@@ -64,7 +64,7 @@ class ObservedNumber:
 
 @dataclass(frozen=True)
 class Quantity:
-    """One number of a run."""
+    """Quantity that is computed from the samples of a run."""
 
     what: (
         str  #: Name of the quantity in LAMMPS's formulas: ``etotal``, ``c_1``, ``c_1[2]``, ``v_x``.

@@ -107,12 +107,14 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
         command = [*study.command, "--vary", _extended(study, each, numbers)]
         return Remedy(f"To find one, run: {shlex.join(command)}")
     command = [*study.command, *_given(study)]
-    # The uncertainty falls as one over the square root of the number of runs or their length.
+    # The uncertainty decreases as one over the square root of the number of runs, or of their
+    # length.
     ratios = [float(np.min(n.verdict.bias)) / (n.tolerance or 1e-300) for n in noisy]
     more = max(_TWICE, *((_TWICE * ratio) ** 2 for ratio in ratios))
     if not all(number.repeats for number in noisy):
         if not _is_random(study):
-            # The results then scatter only because the steps differ, so more nearby steps are run.
+            # If no random numbers are drawn, results scatter only because of the steps, so more
+            # nearby steps are run.
             ladder = ["--vary", _extended(study, each, noisy)]
             return _more_runs(each, [*study.command, *ladder], "--phases", 2 * varied.columns)
         return _more_runs(each, command, "--seeds", max(2 * varied.columns, 8))

@@ -1,4 +1,4 @@
-"""Find commands of a script whose effect depends on the number of steps instead of on time."""
+"""Find script commands whose effect depends on the number of steps instead of the time."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -28,7 +28,7 @@ _FIXES: dict[str, tuple[int, ...]] = {
     ),
     "deposit": (6,),
 }
-# The effect of these styles depends on the step in other ways than by a period.
+# The effect of these styles depends on the time step, but they have no period.
 _PER_STEP = {
     "nve/limit": "limits how far particles move in one step",
     "pour": "inserts particles after a number of steps that it works out from the step",
@@ -43,7 +43,7 @@ _LEAST_DAMPING = 10.0
 
 @dataclass(frozen=True)
 class StepCount:
-    """Command of a script whose effect depends on the number of steps."""
+    """Script command whose effect depends on the number of steps."""
 
     command: Command
     what: str  #: Name and style of the command.
@@ -69,10 +69,10 @@ def count_positions(words: list[str]) -> tuple[int, ...]:
 
 def find_step_counts(script: ScriptText, coarsest: float | None) -> tuple[StepCount, ...]:
     """
-    Return every command of a script whose effect depends on the number of steps.
+    Return all script commands whose effect depends on the number of steps.
 
-    If `coarsest`, the largest timestep of a study, is given, this includes thermostats with a
-    damping time that is too short for this timestep.
+    `coarsest` is the largest timestep of a study. If it is given, the result includes thermostats
+    with a damping time that is too short for this timestep.
     """
     found = (_of_fix(each, coarsest) or _of_others(each) for each in script.commands)
     return tuple(filter(None, found))

@@ -59,7 +59,7 @@ class ScriptStudy:
     changes : tuple of EnergyChange
         Energy drifts that no timestep cures.
     counts : tuple of StepCount
-        Commands of the script whose effect depends on the number of steps.
+        Script commands whose effect depends on the number of steps.
     lmp : str
         Command that starts LAMMPS.
     command : tuple of str
@@ -137,9 +137,9 @@ def timestep_study(
     Find a time step, or a value of another setting, that is accurate enough for a script.
 
     The script is run at several time steps from coarse to fine, the rungs of a *ladder*, and at
-    several nearby steps for each rung. Each run takes place in a new copy of the script's folder,
-    so the user's files stay unchanged. Every ``run`` command keeps its physical time exactly. Dumps
-    and restart files are not written.
+    several nearby steps for each rung. Each run uses a new copy of the script's folder, so the
+    user's files stay unchanged. Every ``run`` command keeps its physical time exactly. Dumps and
+    restart files are not written.
 
     Parameters
     ----------

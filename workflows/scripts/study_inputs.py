@@ -110,7 +110,7 @@ def _at_step(runner: Runner, own: float, step: float) -> ScriptRun:
 
 
 def counts_of_steps(varied: Varied) -> tuple[StepCount, ...]:
-    """If the step is varied, return the commands whose effect depends on the number of steps."""
+    """If the step is varied, return the commands that depend on the number of steps."""
     ladder = varied.values
     if ladder is None or ladder.name != STEP:
         return ()

@@ -28,7 +28,7 @@ def read_ladder(text: str) -> Ladder:
     """
     Read ``NAME=FROM:TO:COUNT``, where FROM is the coarse end and TO the fine end.
 
-    Raises InputError for other text.
+    Raise InputError for other text.
     """
     remedy = "Give NAME=FROM:TO:COUNT, coarse end first, such as timestep=0.01:0.0005:8"
     name, equals, rest = text.partition("=")

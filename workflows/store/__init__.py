@@ -1,1 +1,1 @@
-"""Results stores: one SQLite file with one row for each collision."""
+"""Keep results in a store, an SQLite file with one row for each collision."""

@@ -35,8 +35,8 @@ def check_rows(
     Check the values of some columns of a store.
 
     `names` names columns, including ``scene``, ``versions`` and ``has_arrays``, or values that a
-    query extracts from the scene. `keys` identify the rows. If chaincor never writes a value like
-    the one found, raise StoreError, which names row and column.
+    query extracts from the scene. `keys` identify the rows. Raise StoreError, which names row and
+    column, for a value that chaincor cannot have written.
     """
     for k, name in enumerate(names):
         check = _check_of(name)

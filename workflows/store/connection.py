@@ -45,7 +45,7 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             address(path, mode), uri=True, timeout=LOCK_SECONDS, isolation_level=None
         )
         try:
-            # The transaction prevents that another process creates the store between two reads.
+            # Without this transaction, another process could create the store between two reads.
             with transaction(connection, "BEGIN", "ROLLBACK"):
                 version = _version(connection, path)
             if version < SCHEMA_VERSION:

@@ -17,7 +17,7 @@ _BOTH = """
     WHERE collision_sha256 IN (SELECT collision_sha256 FROM {0}.collisions)
     ORDER BY collision_sha256
 """
-# Rows to copy from `source`: all but those that lose against a row in `main`.
+# Rows to copy from `source`: all rows except those for which `main` has a row that stays.
 _TAKEN = "WHERE collision_sha256 NOT IN (SELECT value FROM json_each(:staying))"
 _CHOSEN = " AND collision_sha256 IN (SELECT value FROM json_each(:chosen))"
 _ENVIRONMENT = """
@@ -99,7 +99,7 @@ def copy_rows(
 
 
 def _copy_from_source(target: Store, keys: Sequence[str] | None) -> tuple[int, int, int]:
-    # Rows that need no change are copied by SQL. Python would take five times as long.
+    # SQL copies the rows that need no change. Python would take five times as long.
     replaced = equal = kept = 0
     staying: list[str] = []
     changes: dict[str, dict[str, Any]] = {}

@@ -142,7 +142,7 @@ class Store:
 
     def standings(self, scenes: Sequence[Scene]) -> list[Row | None]:
         """
-        Return the row of each scene with only the columns that decide whether it must be run.
+        Return a row for each scene, with the columns that decide whether the scene must be run.
 
         For a scene without a row, the result contains None.
         """
@@ -162,7 +162,7 @@ class Store:
         """
         Raise an error if the store cannot be written.
 
-        This check avoids that hours of computation are lost.
+        Without this check, hours of computation could be lost.
         """
         with named_errors(self.path), transaction(self.connection, end="ROLLBACK"):
             # In a read-only file, SQLite allows a transaction but refuses the first change.
@@ -185,7 +185,7 @@ class Store:
 
         The rows must have the columns of their scenes.
         :meth:`~chaincor.workflows.store.row.Row.yields_to` decides which result stays. If `replace`
-        is true, a new result replaces an older one unless the older tolerance is tighter. If the
+        is true, a new result replaces an older result unless the older tolerance is tighter. If the
         store cannot be written, raise StoreWriteError and write nothing.
         """
         write_rows(self, rows, arrays=arrays, replace=replace)

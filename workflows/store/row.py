@@ -39,8 +39,8 @@ class Failure(NamedTuple):
 
     name: str  #: Class of the error.
     message: str  #: Message of the error, in one line.
-    #: Whether the same scene would fail again. If true, it is retried only on request. True for
-    #: named errors of the collision itself, false for errors of the machine.
+    #: Whether the same scene would fail again and is repeated only on request. The value is true
+    #: for named errors of the collision itself, and false for errors of the machine.
     stands: bool
 
 
@@ -53,7 +53,7 @@ class Row:
     scene.
 
     The tolerance of a row is the tightest requested tolerance that the result meets, or for which
-    no run could give a better result. It is None if the scene has explicit numerics.
+    no run could give a better result. The tolerance is None if the scene has explicit numerics.
     """
 
     #: Known columns of the schema. A row from a store also has the columns ``collision_sha256``
@@ -175,7 +175,7 @@ class Row:
         """
         Return whether a scene would fail again.
 
-        It would if it failed with the same or a looser tolerance.
+        A scene would fail again if it failed with the same or a looser tolerance.
         """
         if not self.columns["failure_stands"]:
             return False

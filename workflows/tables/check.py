@@ -37,8 +37,7 @@ from chaincor.workflows.tables.section_faults import (
 STYLES: tuple[Style, ...] = ("spline", "linear", "lookup")
 # If no tolerance is given, energies and forces may differ by this fraction of the local force.
 CONTRADICTION = 0.01
-# The search for a number of rows that meets the tolerance tries these multiples of the given
-# number.
+# To find a number of rows that meets the tolerance, these multiples of the given number are tried.
 _TRIED = (1, 2, 5, 10, 20, 50, 100, 1000)
 _MOST_TRIED = 200_000
 
@@ -77,8 +76,8 @@ def check_table(
         caused by few rows, few digits or noise are reported but do not count as faults.
         Contradictions between energies and forces of more than 1 % are always faults.
     range : (float, float), optional
-        Range of lengths or angles that particles reach. By default, the energy in this range is
-        less than 10 kT above its minimum; kT is 1 if the file names no units.
+        Range of lengths or angles that particles reach. By default, this is the range in which the
+        energy is less than 10 kT above its minimum, with kT = 1 if the file names no units.
     rows : int, optional
         Number of rows in LAMMPS's style command; by default the number of rows in the file.
 
@@ -205,7 +204,7 @@ def _rounding(section: Section) -> Array:
     """
     Return half a unit of the last digit of energies and forces, of shape (rows, 2).
 
-    A zero is taken to be as exact as its neighbours.
+    A zero is assumed to be as exact as its neighbours.
     """
     units = section.least_digits[:, 1:]
     beside = np.minimum(np.roll(units, 1, axis=0), np.roll(units, -1, axis=0))
@@ -221,7 +220,7 @@ def _with_errors(
     errors = judge.errors(style, report.style_rows)
     limit = tolerance or TOLERANCE
     faults = list(report.faults)
-    # The forces belong to the distances in the file. If LAMMPS uses other distances, this explains
+    # The forces belong to the distances in the file. If LAMMPS uses other distances, these explain
     # every contradiction.
     is_moved = table.kind == "pair" and bool(faults_of_spacing(section))
     found = None if is_moved else contradictions(judge, errors, tolerance or CONTRADICTION)
@@ -287,7 +286,7 @@ def _core_error(report: TableReport, judge: Judge) -> float | None:
 
 
 def _rows_wanted(report: TableReport, judge: Judge, limit: float, ideal: Errors) -> dict[str, int]:
-    """Return, for each style that can meet a limit, the number of rows that it needs."""
+    """Return the number of rows that each style needs to meet a limit, if the style can meet it."""
     table, found = judge.table, dict[str, int]()
     if table.is_bitmap or ideal.largest > limit:
         return found

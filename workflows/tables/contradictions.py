@@ -33,8 +33,8 @@ _CONSTANT = 0.03
 # rows. Otherwise the cause may apply to the longest sequence of improved rows. There may be at most
 # _MOST_RUNS such sequences, and the longest must have at least _LEAST_RUN rows.
 _WHOLE, _MOST_RUNS, _LEAST_RUN = 0.97, 3, 3
-# A dihedral may be not periodic if all contradictions lie within this many rows of the first or
-# last row.
+# If all contradictions lie within this many rows of the first or last row, the energy of a dihedral
+# may not be periodic.
 _NEAR_WRAP = 12
 
 
@@ -81,7 +81,7 @@ def _difference(judge: Judge, wrong: Mask) -> float:
     """
     Return a measure of the relative difference between forces and -dE/dr.
 
-    It is the median over the wrong intervals plus a tenth of the mean over all intervals.
+    The measure is the median over the wrong intervals plus a tenth of the mean over all intervals.
     """
     with np.errstate(all="ignore"):
         by_energies, by_forces, _ = judge.rows.mean_forces()
@@ -139,7 +139,7 @@ def _in_whole_or_part(
 
 
 def _improved(judge: Judge, forces: Array) -> Mask:
-    """Mark the rows before the cutoff at which `forces` are closer to -dE/dr than given ones."""
+    """Mark the rows before the cutoff at which `forces` fit -dE/dr better than given forces."""
     rows = judge.rows
     x, _, given, _ = rows.padded
     other = replace(judge, table=replace(judge.table, forces=forces)).rows.padded[2]
@@ -205,8 +205,8 @@ def _of_forces(judge: Judge) -> list[_Test]:
             tests.append(_Test(cause, replace(t, forces=undone)))
     for rows in (1, -1, 2, -2, 3, -3):
         shifted = np.roll(forces, -rows)
-        # np.roll moves forces from one end of the table to the other. They are replaced by the
-        # nearest correct force.
+        # np.roll moves some forces from one end of the table to the other end. The nearest correct
+        # force replaces them.
         if rows > 0:
             shifted[-rows:] = shifted[-rows - 1]
         else:

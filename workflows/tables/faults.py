@@ -14,8 +14,8 @@ from chaincor.workflows.tables.report import TableReport, sentence
 # Without a tolerance, the recommended number of rows keeps the force's error below this fraction of
 # the local force.
 TOLERANCE = 1e-3
-# Outside the range, a contradiction counts if it occurs in at least _CORE_ROWS consecutive
-# intervals and exceeds the fraction _CORE_PART of the force in each.
+# Outside the range, a contradiction counts only if it exceeds the fraction _CORE_PART of the force
+# in at least _CORE_ROWS consecutive intervals.
 _CORE_ROWS, _CORE_PART = 5, 0.1
 
 

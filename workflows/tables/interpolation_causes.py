@@ -12,8 +12,8 @@ from chaincor.workflows.tables.lammps_curve import Style
 # Rounding and noise are searched in this many rows on both sides of the place with the largest
 # error.
 _ENDS = 8
-# An error is attributed to noise if the scatter is at least this fraction of the rest of the error.
-# The fraction is small because noise also changes the polynomials.
+# An error is attributed to noise if the scatter is larger than this fraction of the interpolation
+# error. The fraction is small because noise also changes the polynomials.
 _NOISY = 0.3
 
 

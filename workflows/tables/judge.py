@@ -20,8 +20,7 @@ _BINS = 200
 # Errors are computed at up to _PLACES points between two rows, and at about _MOST_PLACES points in
 # all.
 _PLACES, _MOST_PLACES = 8, 400_000
-# Contradictions are averaged over this many rows on both sides. The scatter is the largest value in
-# these rows.
+# Contradictions are averages, and the scatter is a maximum, over this many rows on both sides.
 _BESIDE = 3
 # The mean of seven random errors rarely exceeds this multiple of the largest scatter.
 _MEAN_OF_NOISE = 1.5
@@ -36,8 +35,8 @@ def judged_range(table: TableData, thermal: float) -> tuple[float, float]:
     """
     Return the range in which the energy is less than 10 kT above its minimum.
 
-    For pairs, the range also includes all energies below that of the last row. If the energy jumps
-    at the cutoff, the last rows before the cutoff are excluded. The range has at least four rows.
+    For pairs, energies up to the energy of the last row are also included. If the energy jumps at
+    the cutoff, the last rows before the cutoff are excluded. The range has at least four rows.
     """
     end = last_row(table)
     if end < len(table.energies) - 1 and not table.is_bitmap:
@@ -118,7 +117,7 @@ class Judge:
     """Table whose forces are judged within a range."""
 
     table: TableData
-    digits: Array  #: Half a unit of the last digit of energies and forces; of shape (rows, 2).
+    digits: Array  #: Half a unit of the last digit in energies and forces, of shape (rows, 2).
     low: float  #: Lower end of the range.
     high: float  #: Upper end of the range.
 
@@ -191,7 +190,7 @@ class Judge:
         if not self.table.has_forces:
             return np.zeros(len(self.rows.padded[0])), False
         own = np.nan_to_num(self.rows.scatter(), nan=0.0, posinf=0.0)
-        # Numbers with few digits may be exact.
+        # Numbers with few digits may be exact, and then have no rounding errors.
         is_rounded = np.median(own) > _EXACT * np.median(self.rows.padded[3][:, 1])
         return own, bool(is_rounded)
 
@@ -253,7 +252,7 @@ class Judge:
         return np.nan_to_num(found, nan=0.0, posinf=1e300)
 
     def _largest_beside(self, own: Array, rounding: Array) -> Array:
-        """Return the largest scatter around each row, or the rounding error if that is larger."""
+        """Return the largest scatter around each row, or for rounded forces at least the rounding."""
         largest: Array = _windows(own, 2 * _BESIDE + 1).max(axis=1)
         return np.maximum(largest, rounding) if self._own_scatter[1] else largest
 

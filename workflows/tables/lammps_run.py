@@ -169,7 +169,7 @@ def _atoms_at(kind: TableKind, angles: Array) -> str:
 
 
 def _felt(folder: Path, kind: TableKind, angles: Array, unit: float) -> tuple[Array, Array]:
-    """Return the energies, and the forces along the angle from the force on the rotated atom."""
+    """Return energies, and forces along the angle, which follow from forces on the rotated atom."""
     many = 3 if kind == "angle" else 4
     atoms = np.loadtxt(folder / "out.force", skiprows=9, ndmin=2)[:, 1:].reshape(-1, many, 4)
     turned = atoms[:, 0] if kind == "angle" else atoms[:, 3]

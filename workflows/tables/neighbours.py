@@ -21,7 +21,7 @@ def newton(z: Array, y: Array, slopes: Array | None) -> Array:
     Return the Newton coefficients (divided differences) of polynomials through values y at z.
 
     All arrays have the shape (polynomials, nodes). If two neighbouring nodes are equal, `slopes`
-    replaces their first difference.
+    replaces the difference quotient.
     """
     c = y.copy()
     found = [c[:, :1]]
@@ -183,7 +183,7 @@ class Neighbours:
 
     @np.errstate(all="ignore")
     def left_out(self, count: int) -> tuple[Array, Array]:
-        """Predict each force from `count` neighbours; also return how this amplifies errors."""
+        """Predict each force from `count` neighbours, and return the amplification of errors."""
         x, _, forces, _ = self.padded
         count = min(count, len(x) - 1)
         n = len(x)
@@ -201,7 +201,7 @@ class Neighbours:
 
 
 def _shares() -> list[float]:
-    """Return how `_by_four` amplifies errors, for each omitted row, if rows are equally spaced."""
+    """Return the amplification of errors in `_by_four` for each omitted row, for equal spacing."""
     found = []
     x = np.arange(5.0)
     for k in range(5):

@@ -18,8 +18,8 @@ WHOLE_TURN = 180.0
 # The slope of the energy in this last part of the range distinguishes pairs from bonds.
 _TAIL = 0.1
 _UNITS = re.compile(r"UNITS:\s*(\w+)")
-# Values of kT at 300 K for each style of units; 1 for lj. In files that LAMMPS wrote, the first
-# line names the units.
+# Values of kT at 300 K for each style of units; kT = 1 for lj. In files that LAMMPS wrote, the
+# first line names the units.
 _THERMAL = {"lj": 1.0, "real": 0.59616, "metal": 0.025852, "electron": 9.5004e-4, "si": 4.1419e-21}
 
 
@@ -135,7 +135,7 @@ def table_data(section: Section, kind: TableKind) -> TableData:
 
 def in_order(section: Section) -> Section:
     """
-    Return a section, after the rows of a bitmap were sorted by distance.
+    Return a section; if it is a bitmap, sort its rows by distance.
 
     A bitmap's first row in the file does not have the smallest distance. LAMMPS computes each
     distance from the index of the row, so the order does not depend on the distances in the file.

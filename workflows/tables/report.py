@@ -53,7 +53,7 @@ class TableReport:
     core_error : float or None
         Largest error below the range; None if the table has no rows there.
     noise, style_error : float or None
-        Largest errors from noise and rounding of the forces, and from interpolation.
+        Largest error from noise and rounding of the forces, and largest error from interpolation.
     warnings : int
         Number of forces that LAMMPS calls inconsistent with -dE/dr.
     rows_wanted : dict of str to int

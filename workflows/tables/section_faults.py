@@ -30,9 +30,9 @@ _ANGLE_ENDS = 1e-10
 # LAMMPS recomputes distances from R, RSQ or BITMAP, and warns if the relative difference is larger
 # than this.
 _SAME_LENGTH = 1e-6
-# Cubic splines overflow if rows are closer than this.
+# If rows are closer than this, cubic splines overflow.
 _NEAREST = 1e-30
-# LAMMPS cannot read these kinds of lines. Each has a remedy.
+# LAMMPS cannot read lines of these kinds. Each kind has a message with a remedy.
 _UNREADABLE = (
     (
         re.compile(r"^[ \t]*\d+[ \t]*[,;][ \t]*[-+.\d].*$", re.MULTILINE),

@@ -63,7 +63,7 @@ def difference_over_velocities(
     measured: Measurements, name: str, quantity: Callable[[MeasuredPoint, Answer], ArrayLike]
 ) -> ClaimFinding:
     """
-    Find how much a quantity varies that should not depend on the velocity of a chain.
+    Find how much a quantity varies with the velocity of a chain although it should not.
 
     Because the quantity has no error bar, the difference between the engines is its error.
     """

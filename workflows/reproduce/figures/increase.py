@@ -87,8 +87,8 @@ def limit_power(curve: Curve, order: int, quantity: str = "the increase") -> Cla
 
     The next term of the increase is smaller by the factor v0^(r-2), where r is the `order` of the
     lowest anharmonic term. At low speed, the local power is therefore linear in v0^(r-2), and a
-    straight line through the slowest speeds gives the limit. The error is the sum of two changes:
-    that with one speed less, and that within the error bars of eta.
+    straight line through the slowest speeds gives the limit. The error is the sum of two changes of
+    the limit: the change with one speed less, and the change that the error bars of eta allow.
     """
     places, powers = local_powers(curve)
     if not powers.size:

@@ -17,8 +17,8 @@ from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, ReproductionPla
 
 _KEY = "lj_lengths"
 _SLOW = PAPER_SIZE_SPEEDS[-1]
-# Slow chains reach a constant only if they are long. The fits therefore use the last part of each
-# curve, from the longest length divided by this number.
+# In slow chains, dissipation becomes constant only at large lengths. The fits therefore use the
+# last part of each curve, which begins at the longest length divided by this number.
 _LAST_PART = 5.0
 # The cost of a LAMMPS run grows as n^2 v0/v*. A point with a larger value would take 3 to 8 % of
 # the total time.

@@ -1,4 +1,4 @@
-"""Draw the dissipation of slow long chains, which lies on one curve in kappa v0 n^(2/3)."""
+"""Draw the dissipation of slow long chains on one curve in kappa v0 n^(2/3); not in the paper."""
 
 from dataclasses import dataclass
 from itertools import product

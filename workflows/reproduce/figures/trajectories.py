@@ -26,7 +26,8 @@ _KEY = "trajectories"
 _VELOCITY = 0.4
 _NUMERICS = Numerics(scheme="order8", timestep=0.1)
 _FRAME_INTERVAL = 0.1
-# The figure covers this many sound crossings: the contacts and a short time afterwards.
+# The figure covers this many sound crossings, which include all contacts and a short time
+# afterwards.
 _SHOWN = 2.25
 # Impact speeds in units of the speed of sound. The wall compresses bonds by v0, and the front
 # overshoots, so the coordinates of particles may cross.
