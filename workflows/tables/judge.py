@@ -252,7 +252,7 @@ class Judge:
         return np.nan_to_num(found, nan=0.0, posinf=1e300)
 
     def _largest_beside(self, own: Array, rounding: Array) -> Array:
-        """Return the largest scatter around each row, or for rounded forces at least the rounding."""
+        """Return the largest scatter around each row; for rounded forces, at least the rounding."""
         largest: Array = _windows(own, 2 * _BESIDE + 1).max(axis=1)
         return np.maximum(largest, rounding) if self._own_scatter[1] else largest
 

@@ -28,8 +28,8 @@ _ROWS: dict[TableStyle, tuple[int, ...]] = {
     "linear": (101, 1_001, 10_001, 100_001),
     "spline": (31, 101, 301, 1_001, 10_001),
 }
-# A table covers this range if no pilot run determines a range. It contains most of the potential
-# well, so it is suitable for any speed.
+# A table covers this range if no pilot run determines a range. The range contains most of the
+# potential well, so it is suitable for any speed.
 _WIDE = (0.8, 1.8)
 
 CAUSES = ("wall", "integrator", "table", "rounding", "output")
@@ -87,7 +87,7 @@ def measure_budget(
     """
     Measure the error budget of a setting by removing one cause of error after the other.
 
-    Errors have signs, and with the event wall they add up to the total error. The error from the
+    The errors have signs. With the event wall, they add up to the total error. The error from the
     stock wall is averaged over `phases` nearby steps. `oracle_seconds` limits the time for each
     slow run, which has exact bonds or wider floats.
     """

@@ -15,7 +15,7 @@ from chaincor.workflows.engines.reference import modal
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 # The reference run aims at this error. Scenes with nearly grazing contacts or sharp bonds may miss
-# it. They are refined as long as the error decreases.
+# this error. They are then refined as long as the error decreases.
 _GOAL = 1e-13
 
 

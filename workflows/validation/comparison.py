@@ -1,4 +1,4 @@
-"""Compare LAMMPS with the reference engine in units of their error bars."""
+"""Compare LAMMPS with the reference engine, and judge differences by their error bars."""
 
 import math
 from collections.abc import Iterable

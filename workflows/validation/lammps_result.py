@@ -52,7 +52,7 @@ def is_lammps_result(against: str | None) -> bool:
     """
     Return whether ``--against`` names a LAMMPS result.
 
-    It does if it names a folder, or a file that is neither CSV, NPZ nor a module.
+    A LAMMPS result is a folder, or a file that is neither CSV nor NPZ nor a module.
     """
     if against is None:
         return False
