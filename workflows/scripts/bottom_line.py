@@ -9,7 +9,7 @@ from chaincor.workflows.scripts.answers import (
     answer_ladder,
 )
 from chaincor.workflows.scripts.ladder_runs import ScriptLadder
-from chaincor.workflows.scripts.number_names import all_of, listed, name_in
+from chaincor.workflows.scripts.number_names import MOST_LISTED, all_of, listed, name_in
 from chaincor.workflows.scripts.remedies import no_change, unanswered
 from chaincor.workflows.scripts.step_counts import periods_in_steps
 from chaincor.workflows.scripts.step_settings import where_to_set
@@ -137,7 +137,8 @@ def _how_sure(each: ScriptLadder, answer: LadderAnswer) -> str:
     judged = answer.judged
     limit = "very small timesteps" if each.ladder.name == "timestep" else "the fine end"
     one = len(judged) == 1
-    what = name_in(judged[0]) if one else f"each of these {len(judged)} quantities"
+    names = all_of(judged) if len(judged) <= MOST_LISTED else f"these {all_of(judged)}"
+    what = names if one else f"each of {names}"
     by = f"{judged[0].number.tolerance:.2g}" if one else "its tolerance"
     text = f"With 95 % probability, {what} then differs by less than {by} from its value at {limit}"
     if one or not answer.keeps_own or answer.use.runs > 1:

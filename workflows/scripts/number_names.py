@@ -7,9 +7,9 @@ from chaincor.workflows.scripts.answers import NumberAnswer
 from chaincor.workflows.scripts.ladder_runs import NumberLadder
 
 _PLAIN = re.compile(r"[\w:\[\]]+")
-# A sentence gives the names and errors of at most _MOST_LISTED quantities. It names further ones if
+# A sentence gives the names and errors of at most MOST_LISTED quantities. It names further ones if
 # there are at most _MOST_NAMED.
-_MOST_LISTED, _MOST_NAMED = 3, 2
+MOST_LISTED, _MOST_NAMED = 3, 2
 
 
 def name_of(number: NumberLadder) -> str:
@@ -20,8 +20,8 @@ def name_of(number: NumberLadder) -> str:
 def listed(answers: list[NumberAnswer]) -> str:
     """Return the names and errors of quantities, sorted by the ratio of error to tolerance."""
     ranked = sorted(answers, key=lambda a: -a.error / (a.number.tolerance or 1e-300))
-    said = [f"{name_in(a)} ({_error(a)})" for a in ranked[:_MOST_LISTED]]
-    left = ranked[_MOST_LISTED:]
+    said = [f"{name_in(a)} ({_error(a)})" for a in ranked[:MOST_LISTED]]
+    left = ranked[MOST_LISTED:]
     if not left:
         return ", ".join(said)
     many = len(left) > _MOST_NAMED
@@ -46,6 +46,7 @@ def _error(answer: NumberAnswer) -> str:
 
 def all_of(answers: list[NumberAnswer]) -> str:
     """Return the names of the quantities, or only their count if they are many."""
-    if len(answers) <= _MOST_LISTED:
-        return ", ".join(map(name_in, answers))
-    return f"{len(answers)} quantities"
+    if len(answers) > MOST_LISTED:
+        return f"{len(answers)} quantities"
+    *first, last = map(name_in, answers)
+    return f"{', '.join(first)} and {last}" if first else last

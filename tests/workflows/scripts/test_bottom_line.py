@@ -79,6 +79,7 @@ def test_crashed_rungs_are_part_of_the_answer(tmp_path, chaincor, monkeypatch):
     assert "No other run stopped early." in plain["summary"]
     # The drift needs a step that is 2.7 times as fine.
     assert "The quantity that needs the finest timestep is etotal:drift." in plain["summary"]
+    assert "each of pe:mean and etotal:drift then differs by less" in plain["summary"]
     assert plain["use"]["value"] < min(steps)
     assert any("FENE bond too long" in note for note in plain["notes"])
     rows = (tmp_path / "out" / "runs.csv").read_text()
