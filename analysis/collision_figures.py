@@ -35,7 +35,7 @@ def energy_series(analysis: CollisionAnalysis) -> tuple[Array, ...]:
     """
     Return translation, vibration, and shortest and longest bond of both bodies in each frame.
 
-    Translation is the motion of the bodies relative to each other; their common motion is left out.
+    Translation is the motion of the bodies relative to each other, without their common motion.
     """
     history = analysis.history
     own = history.translation, history.vibration, history.bond_min, history.bond_max
@@ -43,7 +43,7 @@ def energy_series(analysis: CollisionAnalysis) -> tuple[Array, ...]:
         return own
     other = analysis.target.history
     total, others = float(np.sum(analysis.masses)), float(np.sum(analysis.target.masses))
-    # The momentum of the mirrored target counts with the opposite sign.
+    # The target is mirrored, and its momentum has the opposite sign.
     relative = history.momentum / total + other.momentum / others
     return (
         0.5 * relative**2 / (1.0 / total + 1.0 / others),

@@ -18,7 +18,7 @@ from chaincor.lammps_inputs.errors import InputError
 # particle 1 has just been reflected; ``moving`` and ``turned``: the same two states of a chain with
 # internal motion, found from the momentum of the chain; ``late``: the collision has already begun.
 Start = Literal["incoming", "reflected", "moving", "turned", "late"]
-# Relative difference between two equal speeds in dumps with the fewest digits.
+# Two speeds are equal if they differ by less than this fraction. Dumps may have few digits.
 _SAME_SPEED = 1e-4
 EndArgument = Callable[[float, Array, Array, float, Potential], str | None]
 
@@ -40,7 +40,7 @@ class Known:
     soft: bool = False  #: Whether the bodies overlap in a contact.
     #: ``f(u_1, strains, velocities, time_since_contact, bond)`` returns the reason why no contact
     #: can follow, or None. The function is called only if all masses are equal. Without the
-    #: function, the time since the last contact decides.
+    #: function, only the time since the last contact is used.
     end_argument: EndArgument | None = None
 
     def __post_init__(self) -> None:
@@ -87,7 +87,7 @@ class CollisionFrames:
         self.resolution = float(np.max(resolution))
         #: Masses of the chain and of a free target, each from the contact outward.
         self.masses = known.masses or masses_of_bodies(self.first, self.layout)[0]
-        # Velocities are taken relative to the target. All particles of a cold target are at rest.
+        # Velocities are relative to the target. The particles of a cold target have none.
         target = self.first_state.target_velocities
         relative = self.first_state.velocities - (float(target[0]) if target.size else 0.0)
         self.start, seen = find_start(relative, resolution)
@@ -190,7 +190,7 @@ class CollisionFrames:
         if self.layout.targets:  # the impact velocity was taken from this frame
             return "moving"
         v = self.first_state.velocities
-        # Each printed velocity has this rounding error, and so has their sum.
+        # Rounding error of the printed velocities and of their sum.
         slack = 4.0 * self.resolution + 1e-9 * self.velocity
         slack += v.size * float(np.finfo(float).eps * np.max(np.abs(v)))
         at_wall = self.first_state.gap == 0.0

@@ -33,7 +33,7 @@ def contact_statistics(
     contact_times, contact_speeds : array_like of shape (f,)
         Times at which particle 1 hit the wall, and its incoming speeds (> 0).
     particles : int
-        Particles in the chain.
+        Number of particles in the chain.
     impact_velocity : float
         Impact speed v0.
 

@@ -16,8 +16,8 @@ CONFIDENCE = 0.95
 class Quantile:
     """Quantile of a distribution."""
 
-    probability: float  #: Expected part of all samples below the quantile.
-    value: float  #: Estimate.
+    probability: float  #: Expected fraction of all samples below the quantile.
+    value: float  #: Estimate of the quantile.
     #: Lower end of the confidence interval, which is valid for any distribution. Both ends are
     #: sampled values; if there are too few samples, they are -inf and inf.
     low: float
@@ -28,7 +28,7 @@ class Quantile:
 class Share:
     """Probability of an event, from its frequency in samples."""
 
-    value: float  #: Part of the samples.
+    value: float  #: Fraction of the samples in which the event happened.
     #: Lower end of Wilson's interval. A sample whose error bar leaves the event open counts as no
     #: at the lower end, and as yes at the upper end.
     low: float
@@ -48,7 +48,7 @@ class Distribution:
     #: Numerical error of the mean: the mean of the samples' error bars, because all errors may have
     #: the same sign. It is nan if a sample has no error bar.
     numerical_error: float
-    quantiles: tuple[Quantile, ...]  #: At `QUANTILES`.
+    quantiles: tuple[Quantile, ...]  #: Quantiles at the probabilities `QUANTILES`.
 
     @classmethod
     def of(cls, values: ArrayLike, errors: ArrayLike) -> "Distribution":

@@ -24,11 +24,11 @@ _SIDEWAYS = 1e-6
 class Followed:
     """Data collected from all frames of a collision."""
 
-    reading: CollisionFrames  #: The frames, read to the end.
-    parted: ChainState  #: The state in the first frame after the last contact.
-    last: ChainState  #: The state in the last frame.
+    reading: CollisionFrames  #: Frames, which have been read to the end.
+    parted: ChainState  #: State in the first frame after the last contact.
+    last: ChainState  #: State in the last frame.
     since_contact: float  #: Time from the last contact to the last frame.
-    detection: DetectedContacts  #: The contacts.
+    detection: DetectedContacts  #: Contacts, and how they were found.
     records: list[Record]  #: Motion and energies in time, one record for each body.
 
     @property
@@ -67,15 +67,15 @@ class Followed:
         Whether the collision is over in the last frame, as far as the frames show.
 
         The chain must recede. In addition, later contacts must be excluded by proof or argument, or
-        the last contact must be further back than the time that sound needs to cross the longer
-        body and return.
+        no contact must have occurred for longer than sound needs to cross the longer body and
+        return.
         """
         known = self.alone or self.argument is not None
         return self.parting and (known or self.since_contact > self.sound_returns)
 
 
 def follow(reading: CollisionFrames) -> Followed:
-    """Read all frames of a collision; raise InputError without a contact or for impossible data."""
+    """Read all frames of a collision; raise InputError for impossible data or without a contact."""
     known, masses, velocity = reading.known, reading.masses, reading.velocity
     detector = ContactDetector(velocity, masses, known.bond, reading.resolution, known.soft)
     records = [Record(each, known.bond) for each in masses]

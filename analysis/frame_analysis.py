@@ -132,7 +132,7 @@ def _each_body(
 
 
 def _momentum_residual(seen: Followed) -> float:
-    """Return the momentum that contacts do not explain; for two bodies, the change of their sum."""
+    """Return the momentum that contacts do not explain, or the change of two bodies' momentum."""
     reading = seen.reading
     masses, v0 = reading.masses, reading.velocity
     if len(masses) == 1:
@@ -144,7 +144,7 @@ def _momentum_residual(seen: Followed) -> float:
 
 
 def _momentum(state: ChainState, masses: Sequence[Array]) -> float:
-    """Return the momentum of both bodies; a mirrored target has the opposite sign."""
+    """Return the total momentum of both bodies; that of a mirrored target changes sign."""
     return sum(
         sign * float(m @ body.velocities)
         for sign, m, body in zip((1.0, -1.0), masses, state.bodies, strict=True)

@@ -23,7 +23,7 @@ class Thinned(Generic[Item]):
     """
     Every k-th item of a sequence. k doubles whenever more items than a limit (>= 2) would be kept.
 
-    The last item is kept as well, so that the record reaches the end.
+    The last item is always kept, and the record reaches the end.
     """
 
     def __init__(self, limit: int):

@@ -76,9 +76,9 @@ class Job:
         View of the dump, from the files beside it.
 
         The units come from ``units.toml``. If there is neither this file nor a scene, they are the
-        units in which springs and masses of the run are 1. The wall is taken from ``fix
-        wall/reflect``; if there are two walls, the chain approaches the chosen one. A view from the
-        user has priority.
+        units in which springs and masses of the run are 1. The wall is the wall of ``fix
+        wall/reflect``. If there are two walls, the wall that the chain approaches is used. A view
+        from the user has priority.
         """
         if self.seen is not None:
             return self.seen
@@ -136,7 +136,7 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
     Returns
     -------
     Job
-        Its files.
+        Files of the job.
 
     Raises
     ------
@@ -165,8 +165,8 @@ def find_jobs(
     Find the job in a folder, and the jobs in its subfolders, in order of their names.
 
     `scene` applies to all jobs. The first item is None if only a subfolder contains a dump. If
-    files of the job are named, subfolders are not searched. Raises InputError as :func:`find_job`
-    does.
+    files of the job are named, subfolders are not searched. Raises InputError like
+    :func:`find_job`.
     """
     folder = Path(folder)
     if scene is not None and not Path(scene).is_file():

@@ -1,5 +1,5 @@
 r"""
-Normal modes of the free chain and the energy in each.
+Normal modes of the free chain, and the energy in each mode.
 
 Mode j = 0..n-1 has the shape :math:`\cos(\pi j (i - 1/2)/n)` and the frequency
 :math:`\omega_j = 2\sqrt{k} \sin(\pi j / 2n)`; j = 0 is the translation. The paper prints
@@ -11,10 +11,10 @@ matrix of the strains, :math:`k B M^{-1} B^T`, which has the same frequencies ex
 frequency of the translation. The translation is therefore exact, and its energy does not reduce the
 precision of other modes.
 
-If frequencies agree to rounding, as for vibrations at the two ends of a chain with light ends, any
-linear combination of their modes is a mode, and the last digit of a mass decides the computed
-combination. The energy is then divided equally among these modes, because only the sum has a
-meaning.
+Frequencies may agree to rounding, for example of vibrations at the two ends of a chain with light
+ends. Then any linear combination of their modes is a mode, and the last digit of a mass decides the
+computed combination. The energy is then divided equally among these modes, because only the sum has
+a meaning.
 """
 
 from dataclasses import dataclass
@@ -161,8 +161,8 @@ def mode_energies(
     numpy.ndarray of shape (..., n)
         Energies; j = 0 is the translation. For harmonic bonds the sum over j >= 1 is exactly the
         vibrational energy; for other bonds see :func:`anharmonic_remainder`. If bonds are broken or
-        stretched far, these energies have no meaning: see :func:`kinetic_mode_energies`. Modes that
-        :func:`indistinct_modes` groups together all get the mean energy of their group.
+        stretched far, these energies have no meaning: see :func:`kinetic_mode_energies`. All modes
+        in a group of :func:`indistinct_modes` have the mean energy of this group.
     """
     if masses is not None and not are_equal(np.asarray(masses, dtype=float)):
         return _unequal_energies(displacements, velocities, stiffness, np.asarray(masses, float))
@@ -227,8 +227,8 @@ def _unequal_energies(
     energies = np.empty(v.shape)
     mean = centre_of_mass_velocity(v, masses)
     energies[..., 0] = 0.5 * float(np.sum(masses)) * mean**2
-    # a_j = sqrt(k) M^(-1/2) B^T b_j / omega_j, so p_j is computed from the rates of strain with
-    # b_j.
+    # a_j = sqrt(k) M^(-1/2) B^T b_j / omega_j, and p_j is therefore computed from the rates of
+    # strain with b_j.
     rates = np.sqrt(stiffness) * np.diff(v, axis=-1) @ shapes / omega
     strains = np.sqrt(stiffness) * bond_strains(displacements) @ shapes
     energies[..., 1:] = 0.5 * (rates**2 + strains**2)
@@ -277,7 +277,8 @@ def free_modes(masses: ArrayLike, stiffness: float = 1.0) -> FreeModes:
 
     From the tridiagonal matrix of the strains, slow modes have an error of an epsilon of the
     fastest frequency. Jacobi coordinates give the position of each particle relative to the centre
-    of mass of all earlier particles. In them, a bidiagonal matrix gives the strains,
+    of mass of all earlier particles. In these coordinates, the strains are given by the bidiagonal
+    matrix
 
     .. math:: R_{ii} = \mu_i^{-1/2}, \quad R_{i,i+1} = -\frac{\mu_i^{1/2}}{m_{i+1}}, \quad
               \frac{1}{\mu_i} = \frac{1}{m_{i+1}} + \frac{1}{m_1 + \dots + m_i},

@@ -3,7 +3,7 @@ List all observables of a collision; every display of observables is generated f
 
 A field of :class:`Observed` declares one observable of a run. The attribute of the result, the JSON
 key, the store column, the line of text, the entry of ``chaincor explain`` and the row of the
-reference page follow from the field. The files in ``analysis/observed`` hold the declarations.
+reference page follow from the field. The declarations are in ``analysis/observed``.
 """
 
 from collections.abc import Iterable
@@ -60,7 +60,7 @@ def rows_of(result: Any, *, dump: bool = False, closing: bool = False) -> list[t
 
 
 def _definition(row: TextRow, of: Observable) -> str:
-    """Return the meaning of a printed line, which is that of all observables in the line."""
+    """Return the meaning of a printed line, from the meanings of its observables."""
     if row.definition is not None:
         return row.definition
     shown = [OBSERVABLES[name].meaning for name in row.also]

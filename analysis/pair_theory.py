@@ -82,7 +82,7 @@ def pair_interval_slope(bond: Potential) -> float:
     Raises
     ------
     InputError
-        For a bond without v*, such as the harmonic one.
+        If the bond has no v*, such as a harmonic bond.
     """
     order, speed = bond.anharmonic_order, bond.natural_speed
     if order is None or speed is None:
@@ -145,7 +145,7 @@ def compressed_strain(bond: Potential, energy: float) -> float:
     bond : Potential
         The bond.
     energy : float
-        More than 0.
+        Energy > 0.
 
     Returns
     -------

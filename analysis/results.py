@@ -25,7 +25,7 @@ class History:
     """
     Motion and energies of a body in time. If a dump has very many frames, every k-th is kept.
 
-    Times are counted from the first contact.
+    Times are relative to the first contact.
 
     Attributes
     ----------
@@ -34,11 +34,11 @@ class History:
     displacements, velocities : ndarray of shape (frames, n)
         States of all particles.
     series_times : ndarray of shape (rows,)
-        Times of the quantities below.
+        Times of momentum, energies and bond lengths.
     momentum : ndarray of shape (rows,)
         Sum of masses times velocities.
     translation, vibration : ndarray of shape (rows,)
-        Energies. If the bond is unknown, vibration is only its kinetic part.
+        Energies. If the bond is unknown, `vibration` is only the kinetic energy of vibration.
     bond_min, bond_max : ndarray of shape (rows,)
         Shortest and longest bond at each time.
     """
@@ -63,7 +63,7 @@ class History:
         """
         Return displacements and velocities of a target and this chain, of shape (frames, all).
 
-        The target's history must be mirrored before, so that its displacements are along x.
+        The history of the target must already be mirrored.
         """
         if target is None:
             return self.displacements, self.velocities
@@ -128,7 +128,7 @@ class CollisionAnalysis(BodyAnalysis):
     kinematic_restitution : float
         e = V/v0, the ratio of speeds.
     restitution_error : float or None
-        Total error of eta, from a second run at another step: see
+        Total error of eta, from the log or from a second run at another time step: see
         :func:`~chaincor.analysis.step_error.estimate_error`. It is None if there is no estimate.
     data_error : float
         Bound on the error of eta due to the number format of the dump and to its conversion. The

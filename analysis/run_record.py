@@ -112,7 +112,7 @@ class RunRecord:
 
     @property
     def bond_range_source(self) -> str:
-        """Run that gave the shortest and longest bond, and when it checked bond lengths."""
+        """Runs from which the shortest and longest bond come, and when these runs checked bonds."""
         if self.outcome.engine != "lammps":
             return "every step"
         if not self._pilot_has_bonds:

@@ -2,8 +2,8 @@ r"""
 Theoretical results that need no simulation, with their sources and limits of validity.
 
 NH is Nagahiro and Hayakawa, Phys. Rev. E 67, 036609 (2003); equation numbers are from this paper.
-If the paper has an error, the function gives the corrected formula and says so. Units: bond length
-and particle mass 1; energies of modes are given for impact speed v0.
+If the paper has an error, the docstring says so and the function uses the corrected formula. Units:
+bond length and particle mass 1; energies of modes are given for impact speed v0.
 """
 
 import math
@@ -141,7 +141,7 @@ def measured_contacts_energies(
     impact_velocity : float
         Impact speed v0.
     stiffness, mass : float
-        U'' of the bond at rest, and the mass of a particle.
+        U'' of a bond at its natural length, and mass of a particle.
 
     Returns
     -------
@@ -150,8 +150,7 @@ def measured_contacts_energies(
     """
     if statistics.mean_interval is None or statistics.mean_speed is None:
         return None
-    # The formula is for mass and stiffness 1. Times scale with the square root of mass over
-    # stiffness.
+    # The formula is for mass and stiffness 1. Times are proportional to sqrt(mass/stiffness).
     return mass * basile_dumont_energies(
         particles,
         interval=statistics.mean_interval * (stiffness / mass) ** 0.5,

@@ -73,7 +73,7 @@ def read_here(path: str, kind: str, copy: str) -> int:
 
 def _check_counts(path: Path) -> None:
     """
-    Raise ValueError if a header counts more atoms or columns than the file holds.
+    Raise ValueError if a header states more atoms or columns than the file contains.
 
     Without this check, ASE would try to read any number of atoms.
     """

@@ -146,7 +146,7 @@ class ChainLayout:
     def states(
         self, frames: Iterable[DumpFrame], timestep: float | None = None
     ) -> Iterator[ChainState]:
-        """Yield the state of every frame, as :meth:`state` returns it."""
+        """Yield the state in each frame; see :meth:`state`."""
         for frame in frames:
             yield self.state(frame, timestep)
 

@@ -13,7 +13,7 @@ class ChainState:
     """State of a chain at one time, and of a free target if there is one."""
 
     step: int  #: LAMMPS timestep number.
-    time: float  #: Simulated time, with the origin of the dump.
+    time: float  #: Simulated time, measured like the times in the dump.
     #: Displacements u_i = x_i - (i - 1), of shape (n,), with particle 1 nearest the wall at x = 0.
     displacements: Array
     velocities: Array  #: Velocities, positive away from the wall, of shape (n,).

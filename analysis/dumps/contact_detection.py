@@ -55,16 +55,16 @@ _MORE_PARTICLES = 30
 class DetectedContacts:
     """Contacts detected in a dump."""
 
-    #: Times of the contacts, with the origin of the dump, of shape (f,).
+    #: Times of the contacts, measured like the times in the dump, of shape (f,).
     times: Array
     speeds: Array  #: Incoming speeds of particle 1, of shape (f,).
     method: str  #: Method: ``reintegration`` or ``interpolation``.
     unresolved: int  #: Number of intervals between frames with an unknown number of contacts.
-    #: Largest difference, between two frames, of the momentum of the found contacts from the
-    #: momentum in the dump, in units of v0. It is 0 for interpolation, which takes the momentum
+    #: Largest difference between the momentum of the found contacts and the momentum in the dump,
+    #: between any two frames, in units of v0. It is 0 for interpolation, which takes the momentum
     #: from the dump.
     worst_miss: float
-    #: Longest interval between two frames with a contact that neither frame shows.
+    #: Longest interval between two frames that enclose a contact and do not show it.
     largest_gap: float
     #: Number of intervals between frames in which the momentum rises although particle 1 cannot
     #: have reached the wall.

@@ -32,7 +32,7 @@ class DumpFrame:
     raw_column: Callable[[int], Array] = field(repr=False)
     #: Function that returns the printed text of a column by its index; None for binary dumps.
     raw_text: Callable[[int], list[bytes]] | None = field(default=None, repr=False)
-    #: Whether the box is periodic along x, so that positions may be wrapped into it.
+    #: Whether the box is periodic along x. Positions may then be wrapped into the box.
     periodic_x: bool = False
     tilted: bool = False  #: Whether the box is triclinic.
     #: Units of the run, if the dump names them (``dump_modify units yes``).
@@ -69,7 +69,7 @@ class DumpFrame:
 
     def significant_digits(self) -> int:
         """
-        Return the number of digits of the dump's format, as far as this frame shows it.
+        Return the number of digits in the dump's format, as far as this frame shows.
 
         ``%g`` drops trailing zeros. The result is therefore the number of digits in the longest
         number, except ids and other whole numbers. It is 17 for binary dumps, and at least 6, the

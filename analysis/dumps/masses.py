@@ -61,8 +61,8 @@ def masses_of_bodies(
     the particles, with the masses that the job declares; given masses, which are repeated along a
     chain and must not contradict the job; the masses of the scene. Without a source, masses are 1.
     The second returned value says whether there is a source. Raises InputError if types differ and
-    their masses are not known, if the masses given are not those of the job, or if they are given
-    beside a free target.
+    their masses are not known, if given masses are not those of the job, or if masses are given for
+    a chain with a free target.
     """
     if given is not None and layout.targets:
         raise InputError(

@@ -1,4 +1,4 @@
-"""Copy trajectories into arrays, by MDAnalysis in a process of its own, which may crash."""
+"""Copy trajectories into arrays, by MDAnalysis in a separate process that may crash."""
 
 import tempfile
 import warnings

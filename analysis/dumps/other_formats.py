@@ -47,9 +47,9 @@ def to_ase(
     Yield each frame of a dump as the ASE Atoms that :func:`ase_atoms` makes.
 
     Positions and velocities are not converted. ASE's own reader does not know ``units lj`` and
-    rescales velocities. `dump` and `timestep` are as for :func:`read_states`. `masses` are given
-    from the wall outwards and repeated along the chain; by default they come from the dump or are
-    1. Raises InputError if particles have different types and their masses are unknown.
+    rescales velocities. For `dump` and `timestep` see :func:`read_states`. `masses` are in order
+    from the wall outwards, and are repeated along the chain. By default they come from the dump, or
+    are 1. Raises InputError if particles have different types and their masses are unknown.
     """
     source = _opened(dump)
     layout, m = _layout_and_masses(source, masses)
@@ -81,7 +81,7 @@ def ase_atoms(state: ChainState, masses: Array, bond: "Potential | None" = None)
         from ase.calculators.singlepoint import SinglePointCalculator
 
         energy, forces = 0.0, []
-        for body, along in zip(state.bodies, (1.0, -1.0), strict=False):  # a target is mirrored
+        for body, along in zip(state.bodies, (1.0, -1.0), strict=False):  # the target is mirrored
             strains = np.diff(body.displacements)
             pushes = np.asarray(bond.force(strains), dtype=float)
             energy += float(np.sum(bond.energy(strains)))
@@ -101,8 +101,8 @@ def write_extended_xyz(
     """
     Write a dump as extended XYZ with all digits, and return the number of frames.
 
-    The file appears only when it is complete. `dump`, `timestep` and `masses` are as for
-    :func:`to_ase`; `target_masses`, of shape (M,), are the masses of a free target from the contact
+    The file appears only when it is complete. For `dump`, `timestep` and `masses` see
+    :func:`to_ase`. `target_masses`, of shape (M,), are the masses of a free target from the contact
     outward. Particles of the target follow those of the chain.
     """
     source, count = _opened(dump), 0

@@ -34,7 +34,7 @@ _MDANALYSIS_FORMATS = {
     ".dcd": ("DCD", b"T\x00\x00\x00CORD"),
     ".xtc": ("XTC", b"\x00\x00\x07\xcb"),
 }
-# float32 has 24 bits, which is a little more than seven digits.
+# float32 has 24 bits, which are slightly more than seven digits.
 _SINGLE_DIGITS = 7
 
 
@@ -45,10 +45,10 @@ def is_other_trajectory(path: Path) -> bool:
 
 def open_trajectory(path: Path | str) -> DumpFrames:
     """
-    Open a LAMMPS dump, or a trajectory whose file ending tells another format.
+    Open a LAMMPS dump, or a trajectory in another format, by the ending of the file.
 
-    A ``*`` in the name stands for the numbers of many files, as in LAMMPS. Raises InputError if it
-    cannot be read.
+    A ``*`` in the name stands for the numbers of many files, as in LAMMPS. Raises InputError if a
+    file cannot be read.
     """
     path = Path(path)
     if is_pattern(path):

@@ -58,8 +58,8 @@ def printed_error(
 
     A log has the lines ``restitution`` and ``restitution_error``. The restitution must agree with
     that of the dump within `data_error`, which is added to the printed error. The function returns
-    the error or None, and a text: the source of the error, or why a log was not used. Error and
-    text are None if no log has these lines.
+    the error or None, and a text about the source of the error, or about why a log was not used.
+    Error and text are None if no log has these lines.
     """
     other = None
     for path in logs:

@@ -1,8 +1,8 @@
 """
 States of a chain as an MDAnalysis Universe.
 
-MDAnalysis keeps positions and velocities as float32. Columns with all digits are in ``ts.data``.
-MDAnalysis's own reader of dumps puts `additional_columns` there, too.
+MDAnalysis keeps positions and velocities as float32. Columns with all digits are in ``ts.data``,
+which also contains the `additional_columns` of MDAnalysis's own reader of dumps.
 """
 
 from collections.abc import Sequence

@@ -24,7 +24,7 @@ _EXACT_DIGITS = 16
 
 @dataclass(frozen=True)
 class DumpView:
-    """Transformation of a dump to a chain in its own units that hits a wall at x = 0."""
+    """Transformation of a dump to the chain's units, with a wall at x = 0."""
 
     units: UnitSystem = CHAIN_UNITS  #: Units of the chain, in the dump's units.
     wall: float = 0.0  #: Position of the wall, in the dump's units.

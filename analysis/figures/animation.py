@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 _FRAMES_PER_SECOND = 25
 # This many frames last an hour when they are shown.
 _MOST_FRAMES = 90_000
-# In chains of more particles than the first number, springs are drawn as straight lines. Bonds
-# longer than the second number have broken or are about to break, and are not drawn.
+# Most particles in a chain with coiled springs, and longest bond that is drawn. Longer bonds have
+# broken or are about to break.
 _MOST_COILED, _LONGEST_DRAWN = 60, 3.0
 
 

@@ -36,8 +36,8 @@ def plot_curves(
     """
     Draw one curve for each name, through the points in the given order.
 
-    `curves` maps names to (x, y), two arrays of one shape (points,). A curve with an empty name has
-    no entry in the legend. `x_name` and `y_name` are columns of a store or fields of a result, and
+    `curves` maps names to (x, y), two arrays of shape (points,). A curve with an empty name has no
+    entry in the legend. `x_name` and `y_name` are columns of a store or fields of a result, and
     label the axes. The x axis is logarithmic if values span more than a factor of 30. If there are
     more than 24 curves, there is no legend. If the names of the curves are values of one quantity,
     a colour bar shows these values; otherwise the title gives the number of curves. Returns the

@@ -71,9 +71,9 @@ def draw_histogram(values: ArrayLike, *, label: str, mark: float) -> str:
     Draw a histogram as text, with one line per bin.
 
     Bins have a width of 1, 2 or 5 times a power of ten. About twenty bins contain the middle 99 %
-    of the values. The first and the last bin also contain all values beyond them. Each line has the
-    lower edge of the bin, a bar and the number of values, in at most 78 columns. An arrow marks the
-    edge that equals `mark`.
+    of the values. The first bin also contains all smaller values, and the last bin all larger
+    values. Each line has the lower edge of the bin, a bar and the number of values, in at most 78
+    columns. An arrow marks the edge that equals `mark`.
     """
     x = np.sort(np.asarray(values, dtype=float))
     low, high = np.quantile(x, (0.005, 0.995))

@@ -92,7 +92,7 @@ def plot_trajectories(
 
 
 def _choose_magnification(displacements: Array) -> float:
-    """Return a round factor that limits displacements to a fifth of the chain's length."""
+    """Return a round factor by which displacements reach at most a fifth of the chain's length."""
     n = displacements.shape[1]
     squeeze = -float(np.min(np.diff(displacements, axis=1), initial=0.0))
     largest = float(np.max(np.abs(displacements)))

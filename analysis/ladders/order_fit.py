@@ -1,4 +1,9 @@
-"""Fit powers of the time step to a quantity, to find its order, or a bound from several orders."""
+"""
+Fit powers of the time step to a quantity, to find its order, or a bound from several orders.
+
+The runs form a ladder: each rung has several runs at nearly equal time steps, and time steps
+decrease from rung to rung.
+"""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -11,8 +16,8 @@ from chaincor.lammps_inputs.arrays import Array
 # converge.
 LEAST_ORDER, MOST_ORDER = 0.25, 9.0
 _GRID = np.linspace(LEAST_ORDER, MOST_ORDER, 176)
-# The grid of orders is refined this many times. Each finer grid lies between the neighbours of the
-# best order, and has this many points.
+# Number of refinements of the grid of orders, and of points in a finer grid. A finer grid lies
+# between the neighbours of the best order.
 _REFINEMENTS, _FINER = 9, 11
 # Smallest error bar of an order.
 _LEAST_ERROR = 1e-3
@@ -42,9 +47,9 @@ _CHANCE = 0.05
 # If no power fits, the slope between the finest rungs is multiplied by this factor and extrapolated
 # to a time step of 0.
 _NO_LAW = 2.0
-# Windows and verdicts are chosen after the fact, which makes error bars too short if rungs have few
-# runs. Error bars are multiplied by 1 + the second number divided by the number of runs. Both
-# numbers come from `benchmarks.bars.ladders` with 4 and 8 runs.
+# Windows and verdicts are chosen from the same data, which makes error bars too short if rungs have
+# few runs. Error bars are therefore multiplied by 1 plus the second number divided by the number of
+# runs. Both numbers come from `benchmarks.bars.ladders` with 4 and 8 runs.
 _CHOSEN, _FEW_RUNS = 1.2, 2.2
 
 
@@ -58,11 +63,11 @@ class OrderFit:
     #: Limit A, which is y at h = 0.
     limit: float
     limit_error: float  #: Error bar of A, valid in 95 of 100 cases.
-    slope: float  #: B, for h in units of the largest step.
+    slope: float  #: Factor B, for h in units of the largest time step.
     rungs: int  #: Number of finest rungs in the fit.
 
     def bias(self, steps: Array) -> Array:
-        """Return B h^p, with time steps in units of the largest one."""
+        """Return B h^p; `steps` are in units of the largest time step."""
         return self.slope * steps**self.order
 
 
@@ -73,10 +78,10 @@ def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
     Terms of higher order distort a fit to coarse rungs, and a fit to few rungs is uncertain. Each
     window of finest rungs is therefore fitted by weighted least squares, in which A and B are
     linear at each p. The error of a window is its statistical error combined with the effect of its
-    coarsest rungs. Suppose that p changes by d more than chance explains if k coarsest rungs are
-    left out. The error of p is then d/(1 - r^k), where r is the ratio of neighbouring time steps.
-    This estimate assumes that the next term is of relative order h, which is the least favourable
-    order. The window whose limit has the smallest error is chosen.
+    coarsest rungs. This effect is found by omitting the k coarsest rungs. If p then changes by d
+    beyond chance, the error of p is d/(1 - r^k) with the ratio r of neighbouring time steps. This
+    estimate assumes that the next term is of relative order h, which is the least favourable order.
+    The window whose limit has the smallest error is chosen.
 
     `steps`, in units of the largest time step, and `values` have the shape (R, M): M runs on each
     of R rungs, from coarse to fine. `errors`, of shape (R,), are the positive standard deviations

@@ -10,14 +10,15 @@ from chaincor.lammps_inputs.arrays import Array
 # or if it has fewer independent samples than the second number.
 _LARGEST_SHARE, _LEAST_INDEPENDENT = 0.25, 3.0
 # A series with fewer samples has no error bar. If series have 24 samples and a correlation time of
-# 10, 3 in 100 look independent, and only 52 of 100 error bars of these series contain the mean.
+# 10, 3 in 100 look independent, and the true mean is within the error bar of only 52 of 100 such
+# series.
 _LEAST_SAMPLES = 50
 _THREE_SIGMA = 0.99865
 # An error bar longer than this many standard deviations of the series has no meaning.
 _LONGEST_BAR = 1.5
 # If the von Neumann ratio of a series times its length has this value, the error bar is doubled. A
-# random walk has values of 6 to 10. According to `benchmarks.bars.series`, three error bars then
-# contain the mean in 95 of 100 series, even if the correlation time is 100 samples.
+# random walk has values of 6 to 10. According to `benchmarks.bars.series`, the true mean is then
+# within three error bars in 95 of 100 series, even if the correlation time is 100 samples.
 _WALKS = 35.0
 
 

@@ -1,4 +1,9 @@
-"""Classify how a quantity depends on the time step: regular, irregular or noise."""
+"""
+Classify how a quantity depends on the time step: regular, irregular or noise.
+
+The runs form a ladder: each rung has several runs at nearly equal time steps, and time steps
+decrease from rung to rung.
+"""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -59,8 +64,8 @@ class LadderVerdict:
         Bound on the error of a single run on each rung, of shape (R,).
 
         The error is the difference from the limit of small time steps. Its bound is the bound on
-        the bias plus three standard deviations of single runs. It is never smaller than that of a
-        finer rung, because an error may vanish by chance at one time step. It is inf if it is
+        the bias plus three standard deviations of single runs. The bound is never smaller than that
+        of a finer rung, because an error may vanish by chance at one time step. It is inf if it is
         unknown.
         """
         errors = self.bias + SCATTER_RESERVE * self.scatter
@@ -73,11 +78,11 @@ def judge_ladder(
     """
     Classify the error of a quantity, and give the reason.
 
-    `steps` and `values` have the shape (R, M): M runs on each of R rungs, from coarse to fine. The
-    M time steps of a rung differ slightly. `resolution` is the unit of the last printed digit. With
-    `seeded`, all runs in a column have the same seed. Results may then differ more between seeds
-    than between time steps, and runs are compared only with runs that have the same seed. Raises
-    ValueError for fewer than LEAST_RUNGS rungs or LEAST_COLUMNS runs per rung.
+    `steps` and `values` have the shape (R, M): M runs on each of R rungs, from coarse to fine. A
+    rung is a row of M runs, whose time steps differ slightly. `resolution` is the unit of the last
+    printed digit. With `seeded`, all runs in a column have the same seed. Results may then differ
+    more between seeds than between time steps, and runs are compared only with runs that have the
+    same seed. Raises ValueError for fewer than LEAST_RUNGS rungs or LEAST_COLUMNS runs per rung.
     """
     rungs, columns = values.shape
     if rungs < LEAST_RUNGS or columns < LEAST_COLUMNS:

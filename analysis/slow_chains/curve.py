@@ -192,7 +192,7 @@ def long_chain_slope(bond: Potential) -> float:
     Returns
     -------
     float
-        C, with the relative error `STEEP_LIMIT_ERROR`/`STEEP_LIMIT`.
+        C. Its relative error is `STEEP_LIMIT_ERROR` divided by `STEEP_LIMIT`.
 
     Raises
     ------
@@ -222,7 +222,8 @@ def slow_chain_dissipation(bond: Potential, particles: int, impact_velocity: flo
     Returns
     -------
     float
-        :math:`n^{-2/3} h_r(y) + 2 \beta/n`. The neglected terms fall faster than 1/n at fixed y.
+        :math:`n^{-2/3} h_r(y) + 2 \beta/n`. The neglected terms decrease faster than 1/n at fixed
+        y.
     """
     variable = slow_chain_variable(bond, particles, impact_velocity)
     loss = float(limiting_loss(variable, bond.anharmonic_order or 3))

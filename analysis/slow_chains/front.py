@@ -23,10 +23,9 @@ from chaincor.lammps_inputs.arrays import Array
 
 # Spacings of the three grids, in widths of the narrowest soliton.
 _SPACINGS = (0.1, 0.12, 0.14)
-# Width of the smoothed step, in grid spacings. The smoothing error is proportional to the cube of
-# the width.
+# Width of the smoothed step, in grid spacings, and power of the width in the smoothing error.
 _SMOOTH, _SMOOTHING_ORDER = 2.5, 3
-# Time step: this fraction of the largest stable one, 2.8/rate for the classical Runge-Kutta method.
+# Time step times the largest rate. The classical Runge-Kutta method is stable up to 2.8.
 _STABLE = 0.8 * 2.8
 # Lengths of the grid ahead of the train of waves, behind it, and of the sponge, in widths of the
 # linear front.
@@ -87,7 +86,7 @@ def front_loss(variable: float, order: int = 3, refinement: float = 1.0) -> Fron
     Returns
     -------
     FrontLoss
-        Minima of the loss, with errors. The cost grows as y^3.
+        Minima of the loss, with errors. The cost is proportional to y^3.
 
     Raises
     ------
