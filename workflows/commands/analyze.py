@@ -91,20 +91,20 @@ def analyze(
     """
     Turn the dump of a LAMMPS job into restitution, contacts, modes and plots.
 
-    DIR is the folder of a job of 'chaincor inputs' or of your own job. Its dump has at least the
-    columns 'id x vx' (text, gzip or binary); a data file is optional. Lengths are in units of the
+    DIR is the folder of a job that 'chaincor inputs' or you wrote. Its dump (text, gzip or binary)
+    needs at least the columns 'id x vx'. A data file is optional. Lengths are in units of the
     natural bond length, and the wall is at x = 0. ASE reads trajectories with velocities in
     .extxyz, .xyz and .traj, and MDAnalysis reads .trr, .nc and .ncdf.
 
-    If DIR holds one folder for each of several time steps of the same collision, the run with the
-    smallest step is analysed, and the other runs give its error.
+    If DIR contains several folders with the same collision at different time steps, the run with
+    the smallest step is analysed. Its error is found from the other runs.
 
-    A free target is analysed like the chain. Contacts of soft bodies are not counted, because these
-    bodies touch for a finite time.
+    A free target is analysed like the chain. Contacts of soft bodies are not counted, because they
+    last for a finite time.
 
-    The exit status is 1, with a note, if the numbers contradict physics. The restitution may be
-    larger than the energy of the first frame allows (1 for a chain without vibrations), or the
-    momentum may change without a contact with the wall.
+    The exit status is 1, with a note, if the results contradict physics. Examples are a restitution
+    larger than the energy of the first frame allows (1 for a chain without vibrations), and a
+    momentum that changes without a contact with the wall.
     """
     from chaincor.analysis.analysis_files import to_json_object, write_report
     from chaincor.analysis.collision_figures import animate

@@ -18,8 +18,8 @@ def doctor(as_json: bool, warm: bool) -> None:
     """
     Check whether this machine can run chaincor, and list what each command lacks.
 
-    A library in brackets is needed only for some uses of a command. Loops compiled by --warm are
-    cached, so that the first collision of a named bond takes no longer than later ones.
+    A library in brackets is needed only for some uses of a command. With --warm, compiled loops are
+    cached. The first collision with a named bond then takes no longer than later collisions.
     """
     from chaincor.workflows.machine import command_needs, examine, warm_up
 

@@ -22,7 +22,8 @@ def explain(words: tuple[str, ...]) -> None:
     """
     Explain an error or a word in the results, and what to do about it.
 
-    Without a word, the command explains all words in the results and lists the names of the errors.
+    Without a word, the command explains all words in the results, and lists the names of the
+    errors.
     """
     page = (DOCUMENTS / "errors.md").read_text(encoding="utf-8")
     errors = dict(_SECTION.findall(page))

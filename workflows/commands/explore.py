@@ -27,8 +27,8 @@ def explore(output: Path, particles: int) -> None:
     """
     Write a page that computes collisions in the browser while you change their settings.
 
-    The reader chooses speed, bond, length, masses, target and temperature in the page. Any browser
-    opens it, also without a network.
+    In the page, the reader chooses speed, bond, length, masses, target and temperature. Any browser
+    opens the page, also without a network.
     """
     from chaincor.analysis.atomic_write import write_whole
     from chaincor.analysis.output_paths import judge_output

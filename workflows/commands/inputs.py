@@ -63,8 +63,8 @@ def inputs(
     """
     Write a self-contained LAMMPS job: `(cd DIR && lmp -in in.chain)` runs it.
 
-    The numerics are given, or chosen for the tolerance. The job prints the restitution and its
-    error.
+    The numerics are those in the scene, or are chosen for the tolerance. The job prints the
+    restitution and its error.
     """
     from chaincor.lammps_inputs.script import SCRIPT_FILE
     from chaincor.lammps_inputs.units.unit_system import UnitSystem

@@ -50,8 +50,8 @@ def plot(
     """
     Draw curves or a heat map from stores, or from folders of shards.
 
-    Each combination of the columns that vary, besides the axes, gives one curve. Scenes are
-    averaged only over the column of --mean.
+    Scenes that differ in columns other than the axes belong to different curves. Means are taken
+    only over the column given by --mean.
     """
     from chaincor.analysis.atomic_write import written_aside
     from chaincor.analysis.output_paths import judge_output

@@ -32,8 +32,8 @@ def reproduce(folder: Path, quick: bool, workers: int, as_crate: bool, as_json: 
     """
     Recompute the paper by LAMMPS and by the reference engine, and judge each of its claims.
 
-    A store beside the report keeps finished results, so that an interrupted run continues where it
-    stopped.
+    Finished results are kept in a store beside the report. An interrupted run therefore continues
+    where it stopped.
     """
     from chaincor.workflows.reproduce import reproduction
 

@@ -19,8 +19,8 @@ def merge(target: Path, sources: tuple[Path, ...]) -> None:
     """
     Copy the rows of the STOREs into TARGET, which is created if it does not exist.
 
-    A STORE may be a folder of shards. If both have a row for the same collision, the row with the
-    smaller error is kept. The STOREs are not changed.
+    A STORE may be a folder of shards. If TARGET and a STORE have a row for the same collision, the
+    row with the smaller error is kept. The STOREs are not changed.
     """
     from chaincor.workflows.store.merge import merge_stores
     from chaincor.workflows.store.store_set import find_stores

@@ -75,7 +75,7 @@ def sweep(
     Run many collisions into a store.
 
     Results in the store are not computed again. After an interruption, repeat the same command.
-    SWEEP.toml has a base [scene] and [axes] over its fields, such as
+    SWEEP.toml contains a base [scene], and [axes] over fields of the scene, such as
 
     \b
     [scene]

@@ -77,9 +77,9 @@ def table(
     """
     Check a table of a bond, an angle, a dihedral or a pair.
 
-    The command compares the force of each row with -dE/dr, and LAMMPS's interpolated force with
-    polynomials through the neighbouring rows. Errors are fractions of the local force. The exit
-    status is 1 if the table has a fault or if the error exceeds --tolerance.
+    The command compares the force in each row with -dE/dr, and the force that LAMMPS interpolates
+    with polynomials through the neighbouring rows. Errors are given as fractions of the local
+    force. The exit status is 1 if the table has a fault or if the error exceeds --tolerance.
     """
     from chaincor.workflows.tables.check import check_table
 

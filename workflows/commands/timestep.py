@@ -53,11 +53,11 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
     Find the largest accurate time step of a LAMMPS script, without editing it.
 
     KEYWORD is a thermo keyword, compute or variable (etotal, c_1, v_x). KIND is mean (over the
-    second half of the run), last, drift or fluctuation. By default, the study covers drift and
-    fluctuation of the energy, temperature, potential energy and pressure.
+    second half of the run), last, drift or fluctuation. By default, the study covers temperature,
+    potential energy, pressure, and the drift and fluctuation of the total energy.
 
-    Each run uses a copy of the script's folder, covers exactly the same physical time and writes no
-    dumps. With --vary, the study varies a variable, a cutoff, seeds or the number of processes
+    Each run uses a copy of the script's folder, covers the same physical time exactly, and writes
+    no dumps. With --vary, the study varies a variable, a cutoff, seeds or the number of processes
     instead of the time step.
     """
     from chaincor.workflows.campaign.progress import study_progress

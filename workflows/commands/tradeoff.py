@@ -40,7 +40,7 @@ def tradeoff(
     Measure error against time for every engine, wall, scheme, step and table.
 
     The command prints the cheapest setting for each decade of error, the error by cause, and one
-    line of advice for the scene's tolerance (1e-6 by default).
+    line of advice on the scene's tolerance (1e-6 by default).
 
     For a LAMMPS script of your own, use `chaincor timestep FILE`.
     """

@@ -55,7 +55,7 @@ def validate(
     """
     Compare LAMMPS, or your own integrator, with the reference engine.
 
-    The exit status is 1 if they differ by more than the sum of their error bars.
+    The exit status is 1 if the results differ by more than the sum of their error bars.
     """
     from chaincor.workflows.campaign.progress import progress_bar
     from chaincor.workflows.validation import comparison

@@ -41,10 +41,10 @@ _REFERENCE_COST = 0.1
 class Setting:
     """Numerics of one point in a work-precision study."""
 
-    #: As in scenes.
+    #: Engine, with its name in scenes.
     engine: Engine
-    wall: Wall  #: As in scenes.
-    scheme: Scheme  #: As in scenes.
+    wall: Wall  #: Kind of the wall, with its name in scenes.
+    scheme: Scheme  #: Integration scheme, with its name in scenes.
     table: TableStyle | None  #: Style of the table, ``linear`` or ``spline``; None without a table.
     timestep: float  #: Composed step H.
 
