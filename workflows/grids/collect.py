@@ -135,7 +135,7 @@ def _missing(found: dict[str, float]) -> str | None:
 
 
 def _of_another_run(log: str, as_run: Scene, script: str) -> str | None:
-    """Return why a log may belong to another scene; None if it proves that it does not."""
+    """Return why a log may belong to another scene; None if the log identifies its own scene."""
     named = re.findall(r"^scene = (\S+)", log, re.MULTILINE)
     if not named and _shows_script(log, script):
         return None

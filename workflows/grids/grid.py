@@ -26,7 +26,7 @@ from chaincor.workflows.grids.submission import BY_BASH, Submission
 from chaincor.workflows.job import job_files
 
 MANIFEST = "manifest.csv"
-# File with the requested scene. Another file has the scene with the chosen numerics.
+# This file contains the requested scene. Another file contains the scene with the chosen numerics.
 ASKED = "asked.toml"
 _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-")
 _LONGEST_NAME = 100

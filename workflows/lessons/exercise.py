@@ -56,7 +56,7 @@ def check(exercise: str, answer: Any) -> AnswerVerdict:
     Returns
     -------
     Verdict
-        Verdict with a text. It is true if the answer is right.
+        Verdict with a text. A verdict is true if the answer is right.
 
     Raises
     ------

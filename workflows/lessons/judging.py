@@ -117,7 +117,7 @@ class AnswerComparison:
         return 0
 
     def _shares_digits(self, other: Array) -> bool:
-        """Return whether `other` gives the answer if it is rounded to the answer's digits."""
+        """Return whether `other`, rounded to the answer's number of digits, gives the answer."""
         shown_digits = max(len(f"{abs(v):.15e}".split("e")[0].rstrip("0")) - 1 for v in self.given)
         return min(self._digits(other), shown_digits) >= _ENOUGH_DIGITS
 
@@ -152,7 +152,7 @@ def _general_mistakes(expected: Array) -> Iterator[tuple[Array, str]]:
     """
     Return mistakes that can occur in any exercise.
 
-    They are tried after the exercise's own mistakes.
+    These mistakes are tried after the exercise's own mistakes.
     """
     yield -expected, "the sign is wrong: everything else is right"
     yield 100.0 * expected, "this is right in per cent: give the number itself"

@@ -21,9 +21,9 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     """
     Compute a collision and return frames of the motion.
 
-    The time between frames is `interval`. They extend from the first contact to the end of the run,
-    and include a free target. The reference engine chooses the numerics, and those of the scene are
-    ignored.
+    The frames are `interval` apart in time, extend from the first contact to the end of the run,
+    and include a free target. The reference engine chooses the numerics, and the numerics of the
+    scene are ignored.
     """
     if modal.supports(scene.problem):
         return modal.run(scene.problem, interval)

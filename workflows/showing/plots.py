@@ -136,7 +136,7 @@ class Plots:
         Raises
         ------
         InputError, RunError
-            If the motion cannot be repeated, see ``result.trajectory``.
+            If the motion cannot be computed again, see ``result.trajectory``.
         """
         from chaincor.analysis.figures.time_series import plot_energy_partition
 
