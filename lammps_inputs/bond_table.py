@@ -20,8 +20,8 @@ KEYWORDS = ("CHAIN", "FAR")
 
 # If a chain breaks, some bonds become much longer than all others. A second table covers these
 # lengths. The first table, which is steep at short lengths, can then remain narrow. A bond switches
-# tables where the two tables overlap: to the far table at the length FAR_OUT, and back at the
-# shorter length FAR_BACK.
+# to the far table at the length FAR_OUT, and back at the shorter length FAR_BACK. The two tables
+# overlap between these lengths.
 FAR_OUT = 2.1
 FAR_BACK = 1.9
 NEAR_END = FAR_OUT + 0.25
@@ -30,9 +30,9 @@ FAR_START = FAR_BACK - 0.25
 # Closer than one bin to the end of a spline table, LAMMPS reads beyond the table. The margin keeps
 # bonds three bins away from the end.
 MARGIN_BINS = 3
-# Margin as a fraction of the largest strain. A pilot run samples bonds only at the ends of steps.
-# At H = 0.4 and a frequency of 2 it misses up to 1 - cos(0.4) = 8 % of an extreme strain. A script
-# that runs in `lmp` alone cannot widen its table later.
+# Margin of a table, as a fraction of the strain at its end. A pilot run samples bonds only at the
+# ends of steps. At H = 0.4 and a frequency of 2 it misses up to 1 - cos(0.4) = 8 % of an extreme
+# strain. A script that runs in `lmp` alone cannot widen its table later.
 MARGIN_FRACTION = 0.1
 
 # LAMMPS reads a row in about 1 us. Reading more rows would take as long as the integration.
@@ -49,7 +49,7 @@ _FINER = 0.8
 
 @dataclass(frozen=True)
 class BondTable:
-    """Bond potential sampled uniformly in length."""
+    """Bond potential at evenly spaced lengths."""
 
     #: Bond lengths r of the rows, of shape (rows,).
     lengths: Array
@@ -200,10 +200,10 @@ def with_margin(bond: Potential, bond_range: tuple[float, float], rows: int) -> 
 
 def rows_on_kinks(bond: Potential, span: tuple[float, float], rows: int) -> tuple[float, float]:
     """
-    Move the ends of a table by at most one row, so that rows lie on the kinks of a bond.
+    Move the ends of a table by at most one row, to place rows on the kinks of a bond.
 
-    LAMMPS interpolates linearly between evenly spaced rows. This represents a kink on a row
-    exactly, and cuts off a kink between two rows.
+    LAMMPS interpolates linearly between evenly spaced rows. A kink on a row is represented exactly,
+    and a kink between two rows is cut off.
 
     Kinks outside the table are ignored. One or two kinks are placed on rows up to rounding. If
     there are more kinks, the first and the last are placed on rows, and all others as close to rows

@@ -87,7 +87,7 @@ def initial_state(line: Line) -> tuple[Array, Array]:
 
 
 def _rests(line: Line) -> bool:
-    """Return whether the bodies have no internal motion before their first contact."""
+    """Return whether both bodies have no internal motion before their first contact."""
     bonds = np.delete(line.strains, line.gap)
     chain, target = line.velocities[line.first :], line.velocities[: line.first]
     return not (np.any(bonds) or np.ptp(chain) > 0.0 or np.ptp(target) > 0.0)

@@ -1,4 +1,4 @@
-"""Parser of LAMMPS scripts that splits lines into commands and words as LAMMPS does."""
+"""Split LAMMPS scripts into commands and words, like LAMMPS."""
 
 import re
 from io import StringIO
@@ -29,8 +29,8 @@ def join_lines(text: str) -> list[tuple[str, str]]:
     for line in StringIO(text):  # lines end only at "\n"
         raw.append(line.removesuffix("\n"))
         command += line.rstrip(_SPACES)
-        # The search continues after the text already searched. Searching again for an unclosed
-        # quote with each line would take minutes.
+        # The search continues after the text already searched. If the text were searched from its
+        # beginning for each line, an unclosed quote would cost minutes.
         while (at := command.find('"""', seen)) >= 0:
             quoted, seen = not quoted, at + 3
         seen = max(seen, len(command) - 3)

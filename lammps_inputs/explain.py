@@ -27,8 +27,8 @@ def explain_script(script: str, others_own: bool = False, brief: bool = False) -
     Write an explanation above the first command of each kind.
 
     A `brief` explanation is one sentence. If the script has its own comment on the command, the
-    page of the manual is added to this comment.
-    Raises KeyError if a command has no explanation, unless some are `others_own`.
+    page of the manual is added to this comment. Raises KeyError if a command has no explanation.
+    With `others_own`, the script has commands of a user, which need no explanation.
     """
     lines: list[str] = [*_comment(_texts()["plain_heading" if brief else "heading"]), ""]
     explained: set[Explanation] = set()

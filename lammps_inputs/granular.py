@@ -157,8 +157,8 @@ def render_granular_job(problem: Problem, plan: ScriptPlan) -> str:
     Render a script for ``lmp -in``: runs at two time steps, and the error bar.
 
     The second run has twice the time step. The duration of a run is taken from the reference run.
-    At a lower velocity it is inversely proportional to the velocity, which is longer than any
-    collision of a column.
+    At a lower velocity the duration is inversely proportional to the velocity. This is longer than
+    any collision of a column.
     """
     assert plan.end is not None
     assert plan.bar is not None

@@ -32,7 +32,7 @@ class IsolatedError(Exception):
 
 class Isolated:
     """
-    Function that runs in another process, which stays alive for further calls.
+    Function that runs in another process. This process also serves further calls.
 
     The function must belong to a module. Arguments and results are pickled. If the function raises
     a ChaincorError, the call raises this error. Any other failure raises IsolatedError with the
@@ -128,7 +128,7 @@ def _receive(stream: IO[bytes]) -> Any:
 
 
 def serve() -> None:
-    """Answer the calls of the parent process until the parent ends."""
+    """Serve the calls of the parent process until the parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # output of libraries must not mix with the results

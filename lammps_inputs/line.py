@@ -18,8 +18,8 @@ from chaincor.lammps_inputs.contacts.contact_law import ContactLaw
 from chaincor.lammps_inputs.contacts.hard import HARD
 
 # Masses with a smaller relative difference are assumed to amplify errors like equal masses. In the
-# few scenes that were examined, 0.01 was small enough. These are too few for a general statement,
-# and a smaller value was chosen.
+# few scenes that were examined, 0.01 was small enough. The scenes are too few for a general
+# statement, and a smaller number was chosen.
 _ALIKE = 1e-6
 
 
@@ -37,7 +37,9 @@ class Line:
     #: Initial velocities along x, negative for an approaching chain, of shape (N,).
     velocities: Array
     contact: ContactLaw = HARD  #: Contact law of the bodies.
-    diameters: Array | None = None  #: Diameters of a column's beads, of shape (n,); None for 1.
+    diameters: Array | None = (
+        None  #: Diameters of a column's beads, of shape (n,); None for diameters of 1.
+    )
 
     @cached_property
     def pair_stiffness(self) -> Array:
@@ -60,7 +62,7 @@ class Line:
 
     @cached_property
     def cold(self) -> bool:
-        """Whether the chain starts at the contact with one speed and no strained bond."""
+        """Whether the chain starts at the contact, with equal velocities and without strains."""
         still = not np.any(self.strains) and not np.any(self.velocities[: self.first])
         chain = self.velocities[self.first :]
         return still and bool(np.all(chain == chain[0]))
@@ -171,7 +173,7 @@ class Line:
 
     @property
     def contact_rate(self) -> float:
-        """Stiffness over mass of a contact of soft bodies at the relative speed 2 v0."""
+        """Stiffness/mass in a contact of soft bodies with the relative speed 2 v0."""
         v0 = float(np.max(np.abs(self.velocities)))
         return self.contact.rate(0.5 * self.contact_mass * (2.0 * v0) ** 2, self.contact_mass)
 

@@ -6,7 +6,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 
 def not_a_bool(expected: str) -> BeforeValidator:
-    """Return a validator that refuses True and False, which Python takes for 1 and 0."""
+    """Return a validator that refuses True and False, which are 1 and 0 in Python."""
 
     def check(value: Any) -> Any:
         if isinstance(value, bool):

@@ -11,7 +11,7 @@ DEFAULT_REFLECT_TIMESTEP = 0.005
 
 @dataclass(frozen=True)
 class Numerics:
-    """Settings that decide the accuracy and the cost of one run."""
+    """Settings that determine the accuracy and the cost of one run."""
 
     #: Wall model: ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
     wall: Wall = "event"
@@ -31,7 +31,7 @@ class Numerics:
 
     @classmethod
     def from_scene(cls, scene: Scene) -> "Numerics":
-        """Return the numerics of a scene, completed by default values."""
+        """Return the numerics of a scene, with default values for missing keys."""
         wall = scene.wall or "event"
         single = wall == "reflect" or scene.bond.only_pushes
         scheme: Scheme = scene.scheme or ("verlet" if single else "order6")

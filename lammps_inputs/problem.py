@@ -70,7 +70,7 @@ class Problem:
 
     @cached_property
     def slow_stiffness(self) -> float:
-        """U''(1) divided by the mean mass in the slower body: its squared speed of sound."""
+        """U''(1) divided by the mean mass in the slower body: the squared speed of its sound."""
         return self.bond.sound_stiffness(self.impact_velocity**2) / self.line.mean_mass
 
     @property

@@ -1,4 +1,4 @@
-"""Scene: the validated, frozen description of one collision and of the wanted results."""
+"""Scene: the validated and immutable description of one collision and of the wanted results."""
 
 import warnings
 from collections.abc import Iterable
@@ -259,7 +259,7 @@ class Scene(SceneFields):
         Returns
         -------
         str
-            TOML text of the keys that were set.
+            TOML text with all keys that were given.
 
         Raises
         ------

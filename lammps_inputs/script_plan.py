@@ -22,7 +22,7 @@ class ScoutedEnd:
 
 @dataclass(frozen=True)
 class EndTimes:
-    """Times at which a script ends by itself, in the script's units."""
+    """Times that determine when a script ends, in the script's units."""
 
     quiet: float  #: Time without a contact after which the collision is over.
     cap: float  #: Simulated time at which the script stops an unfinished collision.
@@ -37,10 +37,9 @@ class ScriptedSteps:
     order: int  #: Order in H of the error of one run.
     citation: str  #: Source of the weights.
     coarse: float  #: Verlet step while the script waits for a contact-free time.
-    patience: float  #: Time after a contact from which the script uses the coarse step.
+    patience: float  #: Time after a contact at which the script begins to use the coarse step.
     #: Steps are graded near the begin and the end of a contact of soft bodies. The first number is
-    #: the duration in which steps are graded, the second is the power of the grading. It is None
-    #: without grading.
+    #: the duration of the grading, and the second its power. It is None without grading.
     graded: tuple[float, float] | None = None
 
     @property
@@ -55,8 +54,8 @@ class ScriptedBar:
 
     #: Steps of all runs, in units of the step of the result; the first is 1.
     multiples: tuple[float, ...]
-    #: Error of the result due to the time step, divided by the largest difference from another run.
-    #: The reference run is one of these.
+    #: Error of the result due to the time step, divided by the largest difference from another run,
+    #: including a reference run.
     share: float
     share_alone: float  #: The same ratio, without a reference run.
     #: Error due to the bond table, computed before the run.

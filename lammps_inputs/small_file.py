@@ -4,7 +4,7 @@ from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError
 
-# Largest size of a file, in bytes: several for each particle of the longest chain.
+# Largest size of a file, in bytes. The longest chain has several bytes per particle.
 _LARGEST = 1_000_000_000
 _TOO_LARGE = "it is larger than the longest chain needs"
 

@@ -6,9 +6,9 @@ distribution. Their mass-weighted mean is subtracted, and the bodies therefore h
 momentum of cold bodies.
 
 Free flight does not change the equilibrium. At the first contact, the vibrations therefore have
-random phases, under two conditions: the initial distance between the centres of mass does not
-depend on the random state, and it excludes an earlier contact. A fixed initial distance of particle
-1 would favour some phases.
+random phases, under two conditions: the initial distance between the centres of mass must not
+depend on the random state, and it must exclude an earlier contact. A fixed initial distance of
+particle 1 would favour some phases.
 
 The random bits come from NumPy's PCG64, seeded by a SeedSequence. These bits do not depend on the
 machine or the version. Strains and velocities computed from them can differ in their last digits,
@@ -57,7 +57,7 @@ def draw(
     bond: Potential, temperature: float, masses: Array, target_masses: Array, seeds: list[int]
 ) -> WarmStates:
     """
-    Draw the states of two bodies in equilibrium at k_B T, one for each seed.
+    Draw the states of two bodies in equilibrium at k_B T, with one state per seed.
 
     The masses of the chain and of a free target are in order from the contact outward. The wall has
     no masses. Raises SceneError if the bond has no equilibrium at this temperature.
@@ -71,7 +71,7 @@ def draw(
     for (strains, _), share in zip(drawn, weights, strict=True):
         longer += np.sum(share * (strains - distribution.mean), axis=-1)
     gaps = margin - longer
-    # About one state in 1e12 would overlap. It starts farther away by the same margin.
+    # About one state in 1e12 would overlap. Its distance is increased by the margin again.
     while margin > 0.0 and np.any(gaps <= 0.0):
         gaps[gaps <= 0.0] += margin
     return WarmStates(gaps, *drawn[0], *drawn[1])

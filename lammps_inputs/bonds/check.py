@@ -21,8 +21,8 @@ _COMPRESSED, _STRETCHED = 200, 300
 _NARROW, _NARROWEST = 1e-8, 1e-9
 # At a kink, the slope changes within the narrowest bracket by more than the first number, as a
 # fraction of the larger slope. Rounding (eps F/1e-9) changes the slope by only about 1e-7. In a
-# bracket four times as wide, the change at a kink is larger by less than the second factor, but
-# four times as large for a smooth curve.
+# bracket four times as wide, the change at a kink is less than the second number times larger. For
+# a smooth curve it is four times larger.
 _KINK, _SAME = 1e-4, 2.0
 # Rounding changes a sum of four forces by at most this many epsilon of the terms in the force.
 _ROUNDINGS = 64.0
@@ -48,8 +48,9 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
     Return the strains at which the stiffness of a bond jumps, in increasing order.
 
     Overlapping brackets are halved about their largest second difference, down to 1e-8 of the
-    strain. If the slope still changes within a bracket, there is a kink. Two kinks are both found
-    if their distance is more than 1e-2 of the strain. Otherwise only the sharper one may be found.
+    strain. If the slope still changes in the final bracket, there is a kink. Two kinks are both
+    found if their distance is more than 1e-2 of the strain. Otherwise only the sharper one may be
+    found.
 
     Raises PotentialError if the force itself jumps.
     """

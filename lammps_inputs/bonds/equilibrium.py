@@ -61,7 +61,8 @@ class BondDistribution:
     r"""
     Equilibrium distribution of the strain of one bond.
 
-    :func:`bond_distribution` makes it. In each panel the density is a polynomial of degree 15.
+    The density is a polynomial of degree 15 in each of several panels. See
+    :func:`bond_distribution`.
     """
 
     #: Edges of the panels, of shape (P + 1,). The density is zero beyond the first and the last
@@ -127,7 +128,7 @@ class BondDistribution:
         return found.reshape(np.shape(shares))
 
     def _invert(self, shares: Array) -> Array:
-        """Find the positions within panels by Newton's method with bounds."""
+        """Find the positions in panels by Newton's method within bounds."""
         panel = np.searchsorted(self.shares, shares, side="right") - 1
         panel = np.clip(panel, 0, len(self.edges) - 2)
         inside = shares - self.shares[panel]
@@ -153,7 +154,7 @@ class BondDistribution:
 
 
 def kept_by_bond(find: Callable[..., _Found]) -> Callable[..., _Found]:
-    """Cache results of a function whose first argument is a bond, if the bond is hashable."""
+    """Cache the results of a function whose first argument is a bond, if it is hashable."""
     kept = lru_cache(maxsize=64)(find)
 
     @wraps(find)
@@ -226,7 +227,7 @@ def _series(bond: Potential, temperature: float, begins: Array, ends: Array) -> 
 
 
 def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
-    """Return the two strains between which there is a density; refuse too high a temperature."""
+    """Return the smallest and largest strain of the density; refuse too high a temperature."""
     floor, ceiling = bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
     if bond.dissociation == 0.0:
         raise SceneError(

@@ -15,7 +15,7 @@ from chaincor.lammps_inputs.errors import PotentialError
 
 
 class _Exponential(NamedBond):
-    """Bond with one inverse length b, and U(s; b) = U(b s; 1)/b^2."""
+    """Bond with an inverse length b as its only parameter, and U(s; b) = U(b s; 1)/b^2."""
 
     becomes_hard = True
 

@@ -120,7 +120,7 @@ class Formula(UserBond):
 
     @cached_property
     def natural_speed(self) -> float | None:
-        """v*, computed with 40 digits and rounded to 13 digits, on which all processors agree."""
+        """v*, from 40 digits, rounded to 13 digits that are equal on all processors."""
         strain = self._find_compressed_strain()
         if strain is None:
             return None

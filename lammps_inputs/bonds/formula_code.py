@@ -66,11 +66,11 @@ class FormulaCode:
 
 def _kernel_of(name: str, formula: str, power: str, factors: list[float]) -> Callable:
     """
-    Return a function of the strain: a series at small strains, and else the formula.
+    Return a function of the strain: a series at small strains, otherwise the formula.
 
-    At small strains the formula would lose digits by cancellation. Both are always evaluated, and
-    one is multiplied by zero. Without a branch, loops can be vectorised, and the same code works
-    for arrays.
+    At small strains the formula would lose digits by cancellation. Series and formula are always
+    evaluated, and one of them is multiplied by zero. Without a branch, loops can be vectorised, and
+    the same code works for arrays.
     """
     digest = hashlib.sha256(formula.encode()).hexdigest()[:16]
     terms = [

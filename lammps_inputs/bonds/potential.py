@@ -30,7 +30,7 @@ class LogLength:
 
 class Potential(ABC):
     """
-    Bond between neighbours, with the natural length as unit of length.
+    Bond between neighbours, with its natural length as the unit of length.
 
     The strain is s = r - 1, positive if the bond is stretched. Energies are zero at s = 0. Forces
     are -dU/dr, positive if the bond pushes its ends apart. Natural bond length and particle mass
@@ -38,7 +38,7 @@ class Potential(ABC):
     """
 
     name: str  #: Name in scenes.
-    #: Smallest strain: -1 if the bond needs r > 0, else -inf.
+    #: Smallest strain: -1 if U requires r > 0, otherwise -inf.
     strain_min: float = -math.inf
     strain_max: float = math.inf  #: Largest strain.
     dissociation: float = math.inf  #: U at infinite length; inf for a bond that cannot break.
@@ -50,8 +50,8 @@ class Potential(ABC):
     #: Whether U grows faster than any power of the compression. Such bonds act like hard spheres at
     #: high speeds.
     becomes_hard: ClassVar[bool] = False
-    #: Whether the chain is a column of beads: the bond has no force in tension and no stiffness at
-    #: rest.
+    #: Whether the chain is a column of beads. The bond has no force in tension and no stiffness at
+    #: s = 0.
     only_pushes: ClassVar[bool] = False
     #: Constant that is subtracted from the energies, and leaves its rounding error in them.
     energy_offset: float = 0.0
@@ -75,8 +75,8 @@ class Potential(ABC):
     parameters: tuple[Any, ...] = NoParameters()
     #: Force function of a user, ``f(strain)``, which may be compiled if there is no kernel.
     users_force: Callable | None = None
-    #: Formula of U for LAMMPS, accurate to about 17 digits, with the strain ``{s}`` and the
-    #: ``{bond}``; None for a bond without a formula.
+    #: Formula of U for LAMMPS, accurate to about 17 digits; None if there is none. It contains
+    #: ``{s}`` for the strain, and parameters of the ``{bond}``.
     lammps_formula: ClassVar[str | None] = None
     #: The bond as a function of ln r, if the bond can become too short for strains.
     log_length: LogLength | None = None
@@ -100,8 +100,8 @@ class Potential(ABC):
     def sound_stiffness(self, _energy: float) -> float:
         """Return the stiffness that determines the speed of sound in a chain.
 
-        The stiffness is U'' at the natural length. Classes that know U'' only from differences of
-        the force use the energy stored in bonds.
+        The result is U'' at s = 0. If U'' is known only from differences of the force, the result
+        may depend on the energy stored in bonds.
         """
         return self.stiffness
 

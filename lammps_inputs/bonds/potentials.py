@@ -10,8 +10,9 @@ and use only arithmetic and functions that ``workflows.pictures.bond_script`` ca
 JavaScript. The command-line options, the form of the live page and the checks of an installation
 are made from `BondKeys` and the class attributes.
 
-A kernel uses only scalar functions that the compiler knows. Its closure holds the functions that it
-calls, as compiled loops require. Its qualified name distinguishes its compiled loops.
+A kernel uses only scalar functions that the compiler knows. Compiled loops require that the
+functions which a kernel calls are in its closure. The qualified name of a kernel distinguishes its
+compiled loops.
 """
 
 from collections.abc import Mapping

@@ -100,8 +100,8 @@ def read_bond_table(path: Path) -> Potential:
     in the header, are not used but must agree with the forces. Energies that are all equal, and FP
     0 0, are ignored.
 
-    Raises TableError if the file cannot be read, holds no usable table, contradicts itself, or its
-    force vanishes elsewhere than at length 1.
+    Raises TableError if the file cannot be read, contains no usable table or contradictions, or if
+    its force does not vanish near length 1.
     """
     try:
         refuse_endless(Path(path))

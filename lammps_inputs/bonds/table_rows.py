@@ -30,8 +30,8 @@ _LEAST_SHARE = 1.0 / 8.0
 _BESIDE = 3
 # Orders of the differences from which the noise is estimated.
 _ORDERS = range(3, 10)
-# A row is an outlier if its difference from a spline through the other rows is this many times
-# larger than the errors of the other rows.
+# A row is an outlier if it differs from a spline through the other rows by this many times the
+# errors of the other rows.
 _OUTLIER = 20.0
 # Number of rows that are checked, beginning with the most suspicious.
 _CANDIDATES = 4
@@ -58,7 +58,7 @@ class BondRows:
         return cls(spline.x, forces, digits[:, 2] + steep * digits[:, 0])
 
     def left_out(self, stride: int) -> Array:
-        """Return the error at each row of a spline from which every `stride`-th row is omitted."""
+        """Return the error at each row of a spline through every `stride`-th of the other rows."""
         rows = np.arange(len(self.strains))
         missed = np.zeros(len(rows))
         for start in range(stride):

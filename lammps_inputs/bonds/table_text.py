@@ -55,7 +55,7 @@ class Section:
     @cached_property
     def least_digits(self) -> Array:
         """
-        One unit of the last digit of each number, for formats that omit trailing zeros.
+        One unit of the last digit of each number, even if the format omits trailing zeros.
 
         The number of decimals, or of digits, in a column is that of its longest number.
         """
@@ -86,8 +86,7 @@ class _Draft:
     is_parted: bool = False
     odd: list[str] = field(default_factory=list)
     skipped: str = ""
-    #: Lines after the rows. They are odd if rows follow, and not if the next section or the end of
-    #: the file follows.
+    #: Lines after the rows. They become odd lines if further rows follow.
     pending: list[str] = field(default_factory=list)
 
     def add_row(self, row: list[str]) -> None:

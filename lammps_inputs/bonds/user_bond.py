@@ -24,9 +24,9 @@ class UserBond(Potential):
     r"""
     Bond given by a user's functions of the strain.
 
-    The force must be continuous, vanish at natural length and be the derivative of the energy,
-    :math:`F = -dU/ds`, which is checked. It may have kinks, strains at which the stiffness jumps,
-    and it may vanish in tension.
+    The force must be continuous and vanish at the natural length. It is checked that :math:`F =
+    -dU/ds`. The force may have kinks, which are strains at which the stiffness jumps. It may vanish
+    in tension.
 
     Parameters
     ----------

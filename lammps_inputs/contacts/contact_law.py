@@ -73,7 +73,7 @@ class ContactLaw(ABC):
 
     @classmethod
     def place_in_identity(cls, key: str) -> int:
-        """Return the index of a parameter in the identity of the law."""
+        """Return the position of a parameter in `identity`."""
         return list(cls.keys).index(key) + cls.named_in_identity
 
     @property

@@ -63,7 +63,7 @@ class OwnTemplate:
 
     @property
     def reports(self) -> bool:
-        """Whether the template prints results of its own."""
+        """Whether the template prints additional results."""
         return _REPORT.search(self.text) is not None
 
     @property

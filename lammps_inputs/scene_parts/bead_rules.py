@@ -14,14 +14,14 @@ _HERTZ = 1.5
 # Largest number of different masses in a damped column in LAMMPS. Each pair of masses requires a
 # command.
 _MOST_MASSES = 20
-# The first keys have the only numerics that LAMMPS's granular styles support. Runs at fixed steps
-# accept the second keys.
+# The only numerics that LAMMPS's granular styles support, and the keys of numerics that may be
+# given with fixed steps.
 _GRANULAR = {"wall": "event", "scheme": "verlet", "table": None, "table_points": None}
 _STEPS = (*_GRANULAR, "timestep")
 
 
 def check_beads(scene: "Scene") -> Iterator[str]:
-    """Yield the mistakes of a scene of beads."""
+    """Yield the mistakes in a scene with beads."""
     if scene.diameters is not None and (
         scene.bond.as_keys().get("hertz_exponent") != _HERTZ or scene.target_particles is not None
     ):

@@ -27,8 +27,8 @@ LARGEST_MASS_RATIO = 1e12
 # With larger masses, energies can overflow.
 LARGEST_MASS = 1e30
 
-# Warm bodies need at least this impact velocity, in units of sqrt(T). Warm bodies start tens of
-# bond lengths apart, and slower bodies would take too long to touch.
+# Smallest impact velocity of warm bodies, in units of sqrt(T). Warm bodies start tens of bond
+# lengths apart, and slower bodies would take too long to touch.
 SLOWEST_APPROACH = 1e-4
 
 # The stiffness of contacts must lie between 1/LARGEST_STIFFNESS and LARGEST_STIFFNESS, because

@@ -93,22 +93,22 @@ class UnitSystem:
 
     @property
     def time(self) -> float:
-        """Unit of time of the chain, 1/omega of one mass on one bond."""
+        """The chain's unit of time, sqrt(mass/stiffness)."""
         return math.sqrt(_ENERGY_OF_MOTION[self.style] * self.mass / self.stiffness)
 
     @property
     def speed(self) -> float:
-        """Unit of speed of the chain."""
+        """The chain's unit of speed."""
         return self.length / self.time
 
     @property
     def energy(self) -> float:
-        """Unit of energy of the chain."""
+        """The chain's unit of energy."""
         return self.stiffness * self.length**2
 
     @property
     def force(self) -> float:
-        """Unit of force of the chain."""
+        """The chain's unit of force."""
         return self.stiffness * self.length
 
     def to_dict(self) -> dict[str, Any]:
