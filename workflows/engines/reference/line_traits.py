@@ -102,7 +102,7 @@ def read_parameters(source: KernelSpec) -> Reading:
         return Reading(slice_parameters, of_bond, over_mass)
 
     @register
-    def around_line(parameters: LineParameters, begin: int, end: int) -> LineParameters:
+    def slice_line(parameters: LineParameters, begin: int, end: int) -> LineParameters:
         bond, inverse, gap, contact = parameters
         return LineParameters(bond, inverse[begin:end], gap - begin, contact)
 
@@ -111,7 +111,7 @@ def read_parameters(source: KernelSpec) -> Reading:
         return of_bond(strain, parameters.bond)
 
     @register
-    def weighed_line(number: float, i: int, parameters: LineParameters) -> float:
+    def over_line_mass(number: float, i: int, parameters: LineParameters) -> float:
         return number * parameters.inverse[i]
 
-    return Reading(around_line, force, weighed_line)
+    return Reading(slice_line, force, over_line_mass)

@@ -7,7 +7,7 @@ from chaincor.lammps_inputs.arrays import Array
 
 # The search for a turning point shortens its interval this many times; because of rounding, more
 # steps would change nothing.
-_HALVINGS = 52
+_TERNARY_STEPS = 52
 
 
 class Overlapping(NamedTuple):
@@ -41,7 +41,7 @@ def build_largest_overlap(register: Callable) -> Callable:
         lowest = min(before.gap, after.gap)
         if before.rate < 0.0 < after.rate:
             low, high = 0.0, 1.0
-            for _ in range(_HALVINGS):
+            for _ in range(_TERNARY_STEPS):
                 # The gap is convex near its minimum: keep the two thirds in which the gap is lower.
                 first, last = low + (high - low) / 3.0, high - (high - low) / 3.0
                 if gap_at(before, after, time, first) < gap_at(before, after, time, last):
