@@ -39,7 +39,7 @@ def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-def write_report(
+def write_analysis(
     analysis: CollisionAnalysis,
     folder: Path | str,
     figures: bool = True,

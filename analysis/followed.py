@@ -74,7 +74,7 @@ class Followed:
         return self.parting and (known or self.since_contact > self.sound_returns)
 
 
-def follow(reading: CollisionFrames) -> Followed:
+def follow_frames(reading: CollisionFrames) -> Followed:
     """Read all frames of a collision; raise InputError for impossible data or without a contact."""
     known, masses, velocity = reading.known, reading.masses, reading.velocity
     detector = ContactDetector(velocity, masses, known.bond, reading.resolution, known.soft)

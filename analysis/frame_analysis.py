@@ -9,7 +9,7 @@ from chaincor.analysis.collision_frames import NOTHING_KNOWN, CollisionFrames, K
 from chaincor.analysis.contacts import contact_statistics
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.frame import DumpFrames
-from chaincor.analysis.followed import Followed, follow, restitution_precision
+from chaincor.analysis.followed import Followed, follow_frames, restitution_precision
 from chaincor.analysis.modes import anharmonic_remainder, mode_energies, mode_frequencies
 from chaincor.analysis.restitution import (
     EnergySplit,
@@ -40,7 +40,7 @@ def analyze_frames(
     """
     reading = CollisionFrames(frames.frames(progress), known)
     masses, velocity, first_state = reading.masses, reading.velocity, reading.first_state
-    seen = follow(reading)
+    seen = follow_frames(reading)
     detection = seen.detection
     origin = first_state.time if known.soft else float(detection.times[0])
     times = detection.times - origin

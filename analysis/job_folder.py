@@ -11,7 +11,7 @@ import numpy as np
 
 from chaincor.analysis.dumps.frame import DumpFrames
 from chaincor.analysis.dumps.many_files import files_of, is_pattern, pattern_of
-from chaincor.analysis.dumps.masses import DeclaredMasses, declared_masses, read_sections
+from chaincor.analysis.dumps.masses import DeclaredMasses, declared_masses, read_data_sections
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
 from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.analysis.dumps.view import DumpView, ViewedDump
@@ -258,7 +258,7 @@ def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
 
 def count_atoms_and_bonds(path: Path) -> tuple[int, int]:
     """Count the atoms and bonds of a data file; raise InputError for other files."""
-    _, header = read_sections(path)[""]
+    _, header = read_data_sections(path)[""]
     counts = {row[1]: int(row[0]) for row in header if len(row) == 2 and _COUNT.fullmatch(row[0])}
     if "atoms" not in counts:
         raise InputError(f"{path} is not a LAMMPS data file: no line 'N atoms' in its header")

@@ -20,7 +20,7 @@ import numpy as np
 from chaincor import check_table
 from chaincor.lammps_inputs.errors import InputError, TableError
 from chaincor.workflows.tables.lammps_run import run_lammps
-from chaincor.workflows.tables.reading import kind_of, read_sections, read_text
+from chaincor.workflows.tables.reading import kind_of, read_table_sections, read_text
 
 _LEAST_ROWS = 40
 _FINER = 4
@@ -48,7 +48,7 @@ def keywords(path):
 
 def halved(path, keyword, target):
     """Write every second row of a section; return its kind, all rows, and their rounding."""
-    (section, *_) = read_sections(path, keyword)
+    (section, *_) = read_table_sections(path, keyword)
     data, kind = section.data, kind_of(section)
     steps = np.diff(data[:, 0])
     even = np.ptp(steps) < 1e-3 * np.mean(steps)

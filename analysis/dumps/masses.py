@@ -160,7 +160,7 @@ def declared_masses(data: Path | None, commands: RunCommands) -> DeclaredMasses:
 
     Raises InputError if the section cannot be read.
     """
-    sections = {} if data is None else read_sections(data)
+    sections = {} if data is None else read_data_sections(data)
     in_data = _masses_section(sections.get("Masses", ("", []))[1], data)
     files, expanded = commands.named("mass", "set", "read_data", "atom_style")
     read = [_masses_after(each, in_data, path.name, expanded) for path, each in files.items()]
@@ -216,7 +216,7 @@ def _sets_masses(words: list[str]) -> bool:
     return any(word == "mass" or word.startswith("type") for word in words[3:])
 
 
-def read_sections(path: Path) -> dict[str, tuple[str, list[list[str]]]]:
+def read_data_sections(path: Path) -> dict[str, tuple[str, list[list[str]]]]:
     """
     Return the style hint and rows of each section of a data file; the header has an empty name.
 

@@ -304,7 +304,9 @@ def sphere_power(random: Random, count: int) -> Samples:
         potential = str(random.choice(["lj", "toda", "log"]))
         speed = float(10 ** random.uniform(np.log10(4.0), 1.5))
         slow, fast = (
-            hard_sphere.vibration(Scene(potential=potential, particles=3, speed=k * speed).problem)
+            hard_sphere.vibration_share(
+                Scene(potential=potential, particles=3, speed=k * speed).problem
+            )
             for k in (1.0, 2.0)
         )
         # A vibration below 1e-20 is rounding.

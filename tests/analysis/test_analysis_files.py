@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from chaincor.analysis.analysis_files import to_json_object, write_report
+from chaincor.analysis.analysis_files import to_json_object, write_analysis
 from chaincor.analysis.collision_figures import caption_of
 from chaincor.analysis.collision_frames import Known
 from chaincor.analysis.dumps.dump import Dump
@@ -22,7 +22,7 @@ def analysis(harmonic20, dump_writer):
 
 
 def test_report_holds_the_numbers(analysis, tmp_path):
-    write_report(analysis, tmp_path / "out", figures=False)
+    write_analysis(analysis, tmp_path / "out", figures=False)
     result = json.loads((tmp_path / "out" / "analysis.json").read_text())
     assert result == to_json_object(analysis)
     assert result["restitution"] == analysis.restitution
@@ -54,7 +54,7 @@ def test_report_draws_every_figure_and_says_what_it_shows(analysis, tmp_path, mo
         save(figure, path, **options)
 
     monkeypatch.setattr(Figure, "savefig", keep)
-    write_report(analysis, tmp_path)
+    write_analysis(analysis, tmp_path)
     for name in FIGURES:
         assert captions[name].startswith("harmonic, ")
         assert captions[name].endswith(f"= {analysis.restitution:.5g}")
@@ -72,6 +72,6 @@ def test_a_bond_not_known_is_null(harmonic20, dump_writer, tmp_path):
     assert result["potential"] is None
     assert result["energy_drift"] is None
     assert "not known" in caption_of(unknown)
-    write_report(unknown, tmp_path)
+    write_analysis(unknown, tmp_path)
     named = analyze_frames(Dump(path), Known(bond=LennardJones()))
     assert "v^*" in caption_of(named)

@@ -106,7 +106,7 @@ def analyze(
     larger than the energy of the first frame allows (1 for a chain without vibrations), and a
     momentum that changes without a contact with the wall.
     """
-    from chaincor.analysis.analysis_files import to_json_object, write_report
+    from chaincor.analysis.analysis_files import to_json_object, write_analysis
     from chaincor.analysis.collision_figures import animate
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
     from chaincor.analysis.figures.animation import judge_animation
@@ -157,7 +157,7 @@ def analyze(
     if output is not None:
         more = {animation: "moving picture", xyz: "the motion, for viewers of atoms"}
         beside = {path: what for path, what in more.items() if path is not None}
-        write_report(
+        write_analysis(
             analysis,
             output,
             finish=lambda made: write_analysis_page(analysis, made, beside, units),

@@ -72,7 +72,7 @@ def write_analysis_page(
     analysis: CollisionAnalysis, folder: Path, beside: Mapping[Path, str], units: UnitSystem
 ) -> None:
     """
-    Write ``analysis.html`` into the folder to which `write_report` has written.
+    Write ``analysis.html`` into the folder to which `write_analysis` has written.
 
     `beside` describes each other file in the folder, and `units` are the units of the dump.
     """

@@ -56,7 +56,7 @@ def largest_value(
     return _value_between(ladder, values[k - 1 : k + 1], promised[k - 1 : k + 1], tolerance)
 
 
-def give_advice(
+def advise_value(
     ladder: Ladder,
     values: Array,
     verdict: LadderVerdict,

@@ -8,7 +8,7 @@ import numpy as np
 from chaincor.analysis.ladders.verdict import LEAST_RUNGS, LadderVerdict, judge_ladder
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.scripts.advice import ScriptAdvice, give_advice
+from chaincor.workflows.scripts.advice import ScriptAdvice, advise_value
 from chaincor.workflows.scripts.ladder import Ladder
 from chaincor.workflows.scripts.quantities import RequestedNumbers
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun, ScriptRunError
@@ -136,7 +136,7 @@ class _Runs:
         if unused and _same_digits(coarse, fine):
             raise InputError(
                 f"{script.path.name} gives {_first(fine)!r} at both ends of the ladder and does "
-                "not mention ${{ladder.name}}. Use the variable in the script"
+                f"not mention ${{{ladder.name}}}. Use the variable in the script"
             )
         dearer = coarse.seconds > max(_DEARER * fine.seconds, _SURELY_SECONDS)
         # Smaller steps are always finer, so the ends of a ladder of steps cannot be exchanged.
@@ -258,7 +258,7 @@ def _judge(
         wanted = default_tolerance(quantity, samples, verdict, results)
     advice, repeats = None, seeded or quantity is not None
     if wanted is not None:
-        advice = give_advice(ladder, inputs[:, 0], verdict, seconds, wanted.value, repeats=repeats)
+        advice = advise_value(ladder, inputs[:, 0], verdict, seconds, wanted.value, repeats=repeats)
     error = float(np.sqrt(np.mean([each.error**2 for each in found[-1]])))
     independent = float(np.median([each.independent for each in found[-1]]))
     return NumberLadder(

@@ -18,7 +18,7 @@ from chaincor.workflows.tables.reading import (
     KINDS,
     in_order,
     kind_of,
-    read_sections,
+    read_table_sections,
     read_text,
     table_data,
     thermal_energy,
@@ -114,7 +114,7 @@ def check_table(
     text = read_text(path)
     report = TableReport(str(path), keyword or "", kind or "bond", style, 0, tolerance, ())
     try:
-        section, *others = read_sections(path, keyword, text)
+        section, *others = read_table_sections(path, keyword, text)
     except TableError as error:
         return replace(report, faults=(*faults_of_text(text), str(error)))
     kind = kind or kind_of(section)

@@ -34,7 +34,7 @@ def read_text(path: Path) -> str:
         ) from None
 
 
-def read_sections(path: Path, keyword: str | None, text: str | None = None) -> list[Section]:
+def read_table_sections(path: Path, keyword: str | None, text: str | None = None) -> list[Section]:
     """
     Return the sections with a keyword.
 

@@ -8,7 +8,7 @@ from chaincor.analysis.atomic_write import write_whole
 from chaincor.lammps_inputs.bonds.table_rows import spline_through
 from chaincor.lammps_inputs.bonds.table_text import section_text
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.tables.reading import in_order, read_sections, with_lengths_of_header
+from chaincor.workflows.tables.reading import in_order, read_table_sections, with_lengths_of_header
 from chaincor.workflows.tables.report import TableReport
 
 
@@ -26,7 +26,7 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
         )
     if target.exists():
         raise InputError(f"{str(target)!r} exists already. Give a new file for --write")
-    section = in_order(read_sections(Path(report.path), report.keyword)[0])
+    section = in_order(read_table_sections(Path(report.path), report.keyword)[0])
     data = with_lengths_of_header(section, report.kind).data
     force = spline_through(data[:, 0], data[:, 2])
     energy = force.antiderivative()

@@ -102,7 +102,7 @@ def advised(rows: list[CheapestRow], tolerance: float) -> CheapestRow | None:
     return min(good, key=lambda row: row.seconds, default=None)
 
 
-def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
+def advise_setting(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
     """Write one line on the cost of the tolerance, and on a quicker setting if there is one."""
     row = advised(rows, tolerance)
     # A study compares only settings that a scene or a script can have. Extrapolated steps are

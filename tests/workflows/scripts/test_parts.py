@@ -7,7 +7,7 @@ from chaincor.analysis.ladders.verdict import LadderVerdict
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.scripts import quantities
-from chaincor.workflows.scripts.advice import give_advice
+from chaincor.workflows.scripts.advice import advise_value
 from chaincor.workflows.scripts.ladder import PHASE_WIDTH
 from chaincor.workflows.scripts.quantities import find_observable, read_observed
 from chaincor.workflows.scripts.script_text import ScriptText
@@ -131,12 +131,12 @@ def test_advice_takes_the_cheapest_value_that_keeps_the_tolerance():
     values = np.array([0.08, 0.04, 0.02, 0.01])
     seconds = np.array([1.0, 2.0, 4.0, 8.0])
     regular = verdict("regular", 1e-2 * (values / 0.08) ** 2, [0.0] * 4, 2.0)
-    advice = give_advice(ladder, values, regular, seconds, 1e-3, repeats=False)
+    advice = advise_value(ladder, values, regular, seconds, 1e-3, repeats=False)
     # 0.08 sqrt(0.1) = 0.0253, rounded down to two digits.
     assert advice.value == 0.025
     assert advice.promised_error <= 1e-3
     assert advice.tried
-    beyond = give_advice(ladder, values, regular, seconds, 1e-5, repeats=False)
+    beyond = advise_value(ladder, values, regular, seconds, 1e-5, repeats=False)
     # Half the tolerance, by order 2: 0.01 sqrt(0.5e-5/1.5625e-4) = 0.00179.
     assert beyond.value == 0.0017
     assert not beyond.tried
@@ -148,14 +148,14 @@ def test_noise_is_met_by_seeds_at_the_cheapest_value():
     values = np.array([0.08, 0.04, 0.02, 0.01])
     seconds = np.array([1.0, 2.0, 4.0, 8.0])
     noise = verdict("noise", [4e-3, 2e-3, 1e-3, 5e-4], [1e-2] * 4)
-    advice = give_advice(ladder, values, noise, seconds, 1e-2, repeats=True)
+    advice = advise_value(ladder, values, noise, seconds, 1e-2, repeats=True)
     # (3 * 0.01 / (0.01 - 0.004))^2 = 25 runs of 1 s; at 0.04 it is 15 runs of 2 s.
     assert (advice.value, advice.runs) == (0.08, 25)
-    assert give_advice(ladder, values, noise, seconds, 1e-2, repeats=False) is None
+    assert advise_value(ladder, values, noise, seconds, 1e-2, repeats=False) is None
 
 
 def test_an_undecided_verdict_gives_no_advice():
     ladder = read_ladder("timestep=0.08:0.01:4")
     undecided = verdict("cannot tell", [np.inf] * 4, [1e-2] * 4)
-    assert give_advice(ladder, np.ones(4), undecided, np.ones(4), 1.0, repeats=True) is None
+    assert advise_value(ladder, np.ones(4), undecided, np.ones(4), 1.0, repeats=True) is None
     assert np.all(np.isinf(undecided.promised))

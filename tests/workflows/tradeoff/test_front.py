@@ -8,9 +8,9 @@ from chaincor import collide
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.tradeoff.front import (
     RESERVE,
+    advise_setting,
     cheapest_settings,
     format_seconds,
-    give_advice,
     pareto_front,
     promised_errors,
 )
@@ -97,21 +97,25 @@ def test_rows_carry_over_to_other_scenes_by_the_fastest_bond(study):
 
 def test_advice_is_one_line_with_the_cheapest_good_setting(study):
     rows = cheapest_settings(SCENE, study, "lammps")
-    assert give_advice(SCENE, rows, 1e-4) == "1e-04 costs 50 ms: LAMMPS, event wall, order8, H 0.4"
-    assert give_advice(SCENE, rows, 1e-2) == "1e-02 costs 10 ms: LAMMPS, event wall, verlet, H 0.1"
-    assert "no measured setting has an error of" in give_advice(SCENE, rows, 1e-9)
-    assert "nothing" in give_advice(SCENE, [], 1e-9)
+    assert (
+        advise_setting(SCENE, rows, 1e-4) == "1e-04 costs 50 ms: LAMMPS, event wall, order8, H 0.4"
+    )
+    assert (
+        advise_setting(SCENE, rows, 1e-2) == "1e-02 costs 10 ms: LAMMPS, event wall, verlet, H 0.1"
+    )
+    assert "no measured setting has an error of" in advise_setting(SCENE, rows, 1e-9)
+    assert "nothing" in advise_setting(SCENE, [], 1e-9)
 
 
 def test_advice_tells_of_steps_that_only_a_tolerance_can_choose(study):
     rows = cheapest_settings(SCENE, study, "lammps")
-    assert give_advice(SCENE, rows, 1e-7).endswith("order8, H 0.2; quicker: --tolerance 1e-07")
-    assert give_advice(SCENE, rows, 1e-8).endswith("; --tolerance 1e-08 may reach it")
+    assert advise_setting(SCENE, rows, 1e-7).endswith("order8, H 0.2; quicker: --tolerance 1e-07")
+    assert advise_setting(SCENE, rows, 1e-8).endswith("; --tolerance 1e-08 may reach it")
     chosen = collide(SCENE.replace(particles=5), tolerance=1e-8)
     assert chosen.scheme == "extrapolated12"
     # Slow chains, whose rounding they would amplify, are not given them.
     slow = Scene(speed=1e-5)
-    assert give_advice(slow, rows, 1e-8).endswith("1e-08 (reached: 1e-07)")
+    assert advise_setting(slow, rows, 1e-8).endswith("1e-08 (reached: 1e-07)")
     assert collide(slow.replace(particles=5), tolerance=1e-8).scheme != "extrapolated12"
 
 

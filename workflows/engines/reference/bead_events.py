@@ -51,7 +51,7 @@ def build_end(bond: Callable, register: Callable) -> Callable:
     return is_over
 
 
-def build_contact(register: Callable) -> tuple[Callable, Callable, Callable]:
+def build_bead_contact(register: Callable) -> tuple[Callable, Callable, Callable]:
     """Return three functions: momentum of the chain, end of a contact, begin of a contact."""
 
     @register

@@ -34,7 +34,11 @@ from chaincor.workflows.engines.reference.adaptive_loops import (
     STUCK,
     Tableau,
 )
-from chaincor.workflows.engines.reference.bead_events import build_contact, build_end, build_moment
+from chaincor.workflows.engines.reference.bead_events import (
+    build_bead_contact,
+    build_end,
+    build_moment,
+)
 from chaincor.workflows.engines.reference.bead_step import build_bead_step
 from chaincor.workflows.engines.reference.tracked import Overlapping, build_track
 
@@ -117,7 +121,7 @@ def build_bead_flight(bond: Callable, rates: Callable, register: Callable) -> Ca
     """
     extremes = register(bookkeeping.extremes)
     take, estimate = build_bead_step(rates, register)
-    chain_momentum, end, begin = build_contact(register)
+    chain_momentum, end, begin = build_bead_contact(register)
     is_over, moment_of = build_end(bond, register), build_moment(take, register)
     track = build_track(register)
 

@@ -103,12 +103,12 @@ def deviation(problem: Problem) -> float:
         assert bond.natural_speed is not None
         velocity, halvings = min(velocity, _FASTEST_TRIPLE * bond.natural_speed), _MOST_HALVINGS
     triple = replace(Problem.of_cold_chain(bond, 3, velocity), label=problem.label)
-    loss = vibration(triple)
+    loss = vibration_share(triple)
     for _ in range(halvings):
         if loss is not None:
             break
         triple = triple.at_velocity(0.5 * triple.impact_velocity)
-        loss = vibration(triple)
+        loss = vibration_share(triple)
     if loss is None:
         if not bond.becomes_hard:
             return math.inf
@@ -118,14 +118,14 @@ def deviation(problem: Problem) -> float:
             "the chain to hard spheres is unknown. Check that the bond softens as it is "
             "less compressed, or lower the speed"
         )
-    slower = vibration(triple.at_velocity(0.5 * triple.impact_velocity))
+    slower = vibration_share(triple.at_velocity(0.5 * triple.impact_velocity))
     if slower is None or max(loss, _LEAST_LOSS) > max(0.5**_LEAST_POWER * slower, _LEAST_LOSS):
         return math.inf
     loss *= (triple.impact_velocity / problem.impact_velocity) ** _LEAST_POWER
     return 0.5 * (particles - 1) * (particles - 2) * max(loss, _LEAST_LOSS)
 
 
-def vibration(problem: Problem) -> float | None:
+def vibration_share(problem: Problem) -> float | None:
     """
     Return the fraction of vibration in the energy of three particles after their collision.
 
