@@ -136,6 +136,15 @@ def test_what_makes_no_sense_is_refused(law):
             run(law, **options)
 
 
+def test_variable_that_no_included_file_uses_is_named(tmp_path):
+    (tmp_path / "more.in").write_text('print "x = 0.5"\n')
+    path = tmp_path / "in.unused"
+    # The name of the included file is known only when the script runs.
+    path.write_text("variable part string more\ninclude ${part}.in\n")
+    with pytest.raises(InputError, match=r"does not mention \$\{width\}\. Use the variable"):
+        run(path, vary="width=0.1:0.01:4")
+
+
 def test_without_lammps_it_says_so(law, monkeypatch):
     monkeypatch.setattr(study_inputs, "find_lmp_command", lambda: None)
     with pytest.raises(MissingLibraryError, match="no lmp command"):
