@@ -5,10 +5,10 @@ Run the regular benchmarks, and append their ratios to a dated CSV.
 
 Each ratio compares two programs or methods, which are measured in the same run: an event-driven run
 and a bare `run N` of LAMMPS; the errors of the stock wall and the event wall in the same time;
-LAMMPS at 1e-10 and heyoka or SciPy's DOP853; the reference engine at 1e-11 and the same two; the
-loops of the reference engine and loops in C. Ratios are printed as soon as they are measured, and
-written to ``benchmarks/history/<date>.csv``. A ratio that is much worse than in the previous file
-is reported as a regression. All benchmarks take three minutes of processor time.
+LAMMPS at 1e-10 and heyoka or SciPy's DOP853; the reference engine at 1e-11 and heyoka or DOP853;
+the loops of the reference engine and loops in C. Ratios are printed as soon as they are measured,
+and written to ``benchmarks/history/<date>.csv``. A ratio that is much worse than in the previous
+file is reported as a regression. All benchmarks take three minutes of processor time.
 """
 
 import argparse
@@ -24,9 +24,9 @@ from benchmarks.peers import c_loops, equal_time, event_overhead, lammps_engine,
 from chaincor.workflows.versions import versions
 
 HISTORY = Path(__file__).parent / "history"
-# On a busy machine, repeated ratios agree within a factor of 1.5. In ratios of errors, the time
-# step that is found may change by one in the list of time steps. This changes a ratio by a factor
-# of 20 if order 8 only begins to converge (lj at 1 v*).
+# On a busy machine, repeated ratios agree within a factor of 1.5. Ratios of errors depend on a time
+# step from a list, and the choice may change to a neighbouring time step. This changes a ratio by a
+# factor of 20 if order 8 only begins to converge (lj at 1 v*).
 WORSE = 1.5
 WORSE_ERRORS = 30.0
 # Integrators of other authors. Larger ratios of their time to ours are better.
@@ -109,7 +109,7 @@ def regressions(figures: Figures, before: Figures) -> list[str]:
 
 
 def read_last(folder: Path) -> Figures:
-    """Return the ratios in the newest file; of several with one name, return the last."""
+    """Return the ratios in the newest file; for each name, the last ratio."""
     files = sorted(folder.glob("*.csv"))
     if not files:
         return {}

@@ -1,9 +1,9 @@
 """Test the cheapest settings, found in one scene, in twenty other scenes.
 
-`chaincor tradeoff` finds cheapest settings for a Lennard-Jones chain of 100 particles at 0.4 v*.
-LAMMPS then uses each row of its table in random scenes, which were not used to find the settings. A
-row is right if the error is at most twice the predicted error. If the rounding error is larger than
-the predicted error, it replaces the prediction.
+`chaincor tradeoff` finds the cheapest settings for a Lennard-Jones chain of 100 particles at 0.4
+v*. LAMMPS then uses each row of its table in random scenes, which were not used to find the
+settings. A row is right if the error is at most twice the predicted error. If the rounding error is
+larger than the predicted error, the rounding error is used instead.
 
 Run: python -m benchmarks.blind_settings
 """
@@ -38,8 +38,8 @@ def draw_scenes(seed: int) -> list[Scene]:
         particles = round(float(20.0 * 10.0 ** rng.uniform(0.0, 1.0)))
         speed = float(0.03 * (1.0 / 0.03) ** rng.uniform())
         fields: dict = {"potential": potential, "particles": particles}
-        # Above 0.7 v*, particles of a quartic chain pass each other; in a harmonic chain, above v0
-        # = 0.69.
+        # Particles pass each other in a quartic chain above 0.7 v*, and in a harmonic chain above
+        # v0 = 0.69.
         if potential == "harmonic":
             fields["velocity"] = 0.5 * speed
         else:

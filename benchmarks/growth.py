@@ -7,8 +7,8 @@ Each series runs in a separate process. All chains are lj chains at 0.4 v*: of 2
 particles at a tolerance of 1e-6, and of 100 particles at tolerances from 1e-4 to 1e-12. The time is
 the processor time of whole collisions, including set-up, tables and the runs for the error bar. The
 memory is the increase of the peak memory of the process after a first collision of 20 particles.
-LAMMPS runs chains of at most a tenth of `longest`. ``growth.csv`` holds the measurements.
-``growth.png`` shows them with fitted exponents; `--draw` only draws.
+LAMMPS runs chains of at most a tenth of `longest`. ``growth.csv`` contains the measurements, and
+``growth.png`` shows them with fitted exponents. With `--draw`, only the figure is made.
 """
 
 import argparse

@@ -1,12 +1,12 @@
-"""Measure how often contacts follow a long time without contact, and compare the estimate.
+"""Compare how often late contacts occur with the estimate of their probability.
 
 Random lj chains hit the wall, and are simulated for 400 crossings of sound after their last
 contact. A trial begins when there has been no contact for the time that sound needs to cross the
-chain and return, and the end is not proved. The trial counts whether a contact follows. Trials are
-sorted in two ways: by the probability of a contact that ``ending.return_risk`` estimates at this
-time, and by the energy per bond in the chain, divided by the energy that breaks a bond. Prints both
-tables, with the upper end of Wilson's interval of 95 %. The exit status is 1 if the whole interval
-of a rate exceeds the estimate.
+chain and return, and the end is not proved. The outcome of a trial is whether a contact follows.
+Trials are sorted in two ways: by the probability of a contact that ``ending.return_risk`` estimates
+at this time, and by the energy per bond in the chain, divided by the energy that breaks a bond.
+Prints both tables, with the upper end of Wilson's interval of 95 %. The exit status is 1 if the
+whole interval of a rate exceeds the estimate.
 
 Run: python -m benchmarks.late_risk [--scenes 2000] [--seed 1]
 """

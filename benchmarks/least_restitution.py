@@ -3,8 +3,8 @@
 Prints the smallest e = sqrt(eta) that was found for n = 2 to 10 masses, the e at the start of this
 search, the time of all searches, and the result of LAMMPS. Searches begin at the best of many
 random chains, at the best shorter chain with an additional mass, and at the results of earlier
-searches. Minima are mostly at corners, where a new contact appears. There are many local minima, of
-which only some are found. The printed e is therefore an upper bound of the minimum.
+searches. Minima are mostly at corners of e, at which a new contact appears. There are many local
+minima, of which only some are found. The printed e is therefore an upper bound of the minimum.
 
 Run: python -m benchmarks.least_restitution [--chains 2-10] [--starts 5] [--seed 1]
 """
@@ -27,7 +27,7 @@ _VELOCITY = 0.1
 _LIGHTEST, _HEAVIEST = 0.02, 50.0
 _SHARP, _OF_LAMMPS = 1e-9, 1e-6
 # Largest number of searches from one start, each from the result of the previous one, and the
-# smallest improvement that counts.
+# smallest improvement after which a further search begins.
 _SEARCHES, _SETTLED = 5, 1e-6
 # Number of random chains for each start of a search. The best chains become the starts.
 _SEEN = 12

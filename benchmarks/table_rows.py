@@ -128,8 +128,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for kind in KINDS:
         mine = [judged for given, judged in results if given.kind == kind]
         shown = [j for j in mine if j.error is not None and j.bar is not None]
-        # Errors below the error of the exact run are replaced by it, because they say nothing about
-        # the width of an error bar.
+        # Errors are at least the tolerance of the exact run, because smaller errors say nothing
+        # about the width of an error bar.
         wide = [j.bar / max(j.error, 1e-9) for j in shown if j.error and j.bar]
         print(
             f"{kind}: {len(mine)} tables, {len(mine) - len(shown)} refused, "

@@ -19,7 +19,7 @@ _TABLE_PARTICLES = 12
 
 
 class Bend(NamedTuple):
-    """Stiffness on the outer side of a kink, seen from strain 0, and the strain of the kink."""
+    """Stiffness at strains beyond a kink, and the strain of the kink, which may be negative."""
 
     stiffness: float
     kink: float

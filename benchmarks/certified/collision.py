@@ -14,8 +14,8 @@ from benchmarks.certified.bonds import BONDS, Bond
 from benchmarks.certified.contacts import first_contact
 from benchmarks.certified.flow import Chain, NotProvedError, State
 
-# With steps of 1/8 of the disc, each Taylor term adds three bits of precision. A decimal digit
-# requires log2(10) bits.
+# Bits of precision that each Taylor term adds with steps of 1/8 of the disc, and bits per decimal
+# digit.
 _BITS_A_TERM, _BITS_A_DIGIT = 3.0, 3.33
 
 
@@ -128,8 +128,8 @@ def is_over(chain: Chain, state: State) -> bool:
 
     At a contact the centre of mass would be at X = sum_j c_j (1 + s_j), where c_j is the fraction
     of the mass beyond bond j. Each strain is limited, because the energy of a bond cannot exceed
-    the internal energy of the chain. This limits X. If the centre of mass is beyond the limit and
-    moves away, no contact follows.
+    the internal energy of the chain. Therefore X is limited, too. If the centre of mass is beyond
+    the limit and moves away, no contact follows.
     """
     mean = _mean(chain, state.velocities)
     if not mean > 0:

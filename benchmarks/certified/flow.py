@@ -6,10 +6,11 @@ the velocities v_i. In the frame of the wall, between contacts,
 
     g' = v_1,    s_j' = v_{j+1} - v_j,    m_i v_i' = U'(s_i) - U'(s_{i-1}).
 
-Let B be a box around x(0) in complex space with x(0) + z f(B) inside B for all abs(z) <= R. The
-motion then exists and is analytic for these z, and stays in B (Picard and Lindeloef). According to
-Cauchy's estimate, its Taylor coefficients are at most rho / R^k with the half-width rho of B. The
-remainder after the last computed coefficient is bounded by a geometric series.
+These equations have the form x' = f(x). Let B be a box around x(0) in complex space with x(0) + z
+f(B) inside B for all abs(z) <= R. The motion then exists and is analytic for these z, and stays in
+B (Picard and Lindeloef). According to Cauchy's estimate, its Taylor coefficients are at most rho /
+R^k with the half-width rho of B. The remainder after the last computed coefficient is bounded by a
+geometric series.
 """
 
 from collections import defaultdict

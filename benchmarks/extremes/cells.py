@@ -25,8 +25,8 @@ POTENTIALS: dict[str, dict[str, Any]] = {
 SPEEDS = (1e-12, 1e-8, 1e-4, 1e-2, 0.4, 1.0, 3.0, 10.0, 100.0, 1e3)
 SIZES = (1, 2, 3, 10, 100, 1000)
 ENGINES = ("reference", "lammps")
-# Longest chain of all bonds in LAMMPS. LAMMPS takes ten seconds for 1000 particles, and longer
-# chains are run for only one bond of each kind.
+# Longest chain that LAMMPS runs for all bonds. Longer chains are run for only one bond of each
+# kind, because LAMMPS takes ten seconds for 1000 particles.
 LAMMPS_LONGEST = 100
 LAMMPS_LONG = ("harmonic", "lj", "toda 10", "log", "power 3", "power 4")
 # Longer chains that are affordable in the reference engine.
@@ -59,7 +59,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Found:
-    """Result of an engine or of the judge for a cell, as a line of the file has it."""
+    """Result of an engine or of the judge for a cell, with the fields of a line in the file."""
 
     potential: str
     particles: int

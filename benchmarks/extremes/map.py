@@ -56,8 +56,8 @@ JUDGE_STEP_GOALS = (1e-8, 1e-10)
 # Largest difference of the times at which two runs are stopped. Runs detect the cause at the end of
 # a step, and bonds oscillate with periods of about 5.
 SAME_TIME = 1.0
-# The same as a fraction of the time. In chaotic chains it is certain that a bond breaks late, but
-# not when.
+# The same difference as a fraction of the time. In chaotic chains it is certain that a bond breaks
+# late, but not when.
 SAME_SHARE = 0.1
 
 

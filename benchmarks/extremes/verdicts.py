@@ -33,7 +33,7 @@ LETTERS = {
 
 
 def needs_judge(found: Found) -> bool:
-    """Return whether a run judges a cell: a result, unless of long chains of spheres, or a fact."""
+    """Return whether the judge must run: for facts, and for results unless of many spheres."""
     if found.failure is not None:
         return found.failure in FACTS
     return found.scheme != "hard-sphere" or found.particles <= LONGEST_STEPPED_SPHERES

@@ -29,8 +29,7 @@ from chaincor.workflows.collision import collide
 Array = NDArray[np.float64]
 # Tolerances of pairs of runs. The first pair that agrees within a tenth of the error bar is used.
 _TOLERANCES = ((1e-8, 1e-10), (1e-11, 1e-13))
-# A run ends after the first number times the time of the last contact, and not before the second
-# number times n.
+# A run ends at `_MULTIPLE` times the time of the last contact, but not before `_LEAST` times n.
 _MULTIPLE, _LEAST = 5.0, 30.0
 _MOST_SECONDS = 120.0
 
@@ -40,9 +39,9 @@ class Case:
     """Chain whose bonds push with k |s| + p c |s|^(p - 1); two-sided bonds also pull."""
 
     kind: str  #: ``power``, ``formula``, ``two-sided`` or ``one-sided``.
-    exponent: float  #: p of the energy c |s|^p.
+    exponent: float  #: Exponent p of the energy c |s|^p.
     c: float
-    rest: float  #: k, the stiffness at rest.
+    rest: float  #: Stiffness k at s = 0.
     particles: int
     velocity: float
     tolerance: float = 1e-6

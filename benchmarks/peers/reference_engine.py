@@ -81,7 +81,7 @@ def our_tasks(scene: Scene, scheme: str, step: float, last: float) -> dict[str, 
 
 
 def peer_tasks(chain, loose_chains: Iterable, last: float, end: float) -> dict[str, Callable]:
-    """Return functions that time the tasks of a peer; the fastest loose one looks ahead."""
+    """Return functions that time a peer's tasks; it looks ahead with the fastest tolerance."""
     state = chain.run(chain.start, 0.0, last)
     for loose in loose_chains:
         loose.run(state, last, end)

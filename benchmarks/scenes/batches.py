@@ -26,8 +26,8 @@ def draw_together(seed: int, index: int, engine: str) -> Scene:
         speed = math.exp(random.uniform(math.log(1e-6), math.log(1e-2)))
     elif turn == 1:
         n = fields["particles"] = round(math.exp(random.uniform(math.log(2.0), math.log(150.0))))
-        # From the speed at which a bond may break, to that at which several usually break. The
-        # total energy decides this.
+        # From speeds at which a bond may break to speeds at which several bonds usually break. They
+        # follow from the total energy.
         speed = random.uniform(0.7, 1.6) * min(1.0, 20.0 / n) ** 0.5
     if name == "toda":
         fields["toda_b"] = float(random.choice([3.0, 10.0, 30.0]))

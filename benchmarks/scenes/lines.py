@@ -47,7 +47,7 @@ def draw_line_scene(random: np.random.Generator, folder: Path, engine: str | Non
     if potential == "harmonic":
         fields["velocity"] = float(10 ** random.uniform(-3, -0.4))
     else:
-        # Faster, bonds of odd order would pass their barrier.
+        # At higher speeds, bonds of odd order would pass their barrier.
         fastest = 0.3 if potential == "power" and fields["power_order"] % 2 else _FASTEST
         low, high = np.log10(_SLOWEST), np.log10(fastest)
         fields["speed"] = float(10 ** random.uniform(low, high))

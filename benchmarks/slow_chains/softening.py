@@ -25,7 +25,7 @@ BONDS = {
 }
 VARIABLES = (-1.0, -5.0, -12.0)
 SIZES = ((100, 7), (300, 5), (1000, 3))
-# Largest speed that still counts as slow.
+# Largest speed at which the theory of slow chains is used.
 FASTEST = 0.6
 
 

@@ -20,12 +20,12 @@ joint distribution of (K before, K after) is symmetric.
 
 This holds only for whole collisions. The map leads to the *first* outward crossing. L is so large
 that a chain can touch the wall after this crossing only in states of weight 1e-12. The crossing is
-therefore the end, and all earlier contacts count, however late. Almost every chain crosses: at a
-given energy, states with the centre of mass closer than L have a finite volume, and a flow that
-preserves volume leaves a finite volume again (Poincare), except for a set of measure 0. Chains that
-leave slowly take long. Their number is proportional to V, like their flux. A program that stopped
-such collisions at a fixed time would find speeds that are too large. This test therefore counts the
-endings 'argued' and 'open'.
+therefore the end of the collision, which includes all earlier contacts, however late. Almost every
+chain crosses: at a given energy, states with the centre of mass closer than L have a finite volume,
+and a flow that preserves volume leaves a finite volume again (Poincare), except for a set of
+measure 0. Chains that leave slowly take long. Their number is proportional to V, like their flux. A
+program that stopped such collisions at a fixed time would find speeds that are too large. This test
+therefore counts the endings 'argued' and 'open'.
 
 Three tests are made: the Kolmogorov-Smirnov test of K/T after the collision; the mean of K/T, whose
 standard error is 1/sqrt(N); and for the symmetry McNemar's test, which compares how many collisions

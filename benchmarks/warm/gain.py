@@ -95,7 +95,7 @@ def measure_gain(scene: Scene, samples: int, step: float) -> dict[str, Any]:
             f"up_{times}": up,
             f"down_{times}": down,
             f"p_same_{times}": same_probability(up, down),
-            # Fraction of samples that change with this time step.
+            # Fraction of samples whose e is different with this time step.
             f"moved_{times}": float(np.mean(np.abs(e - finest) > 1e-3)),
         }
     return row
@@ -106,7 +106,8 @@ def measure_bounds(scene: Scene, window: float, samples: int, step: float) -> di
     assert scene.temperature is not None
     temperature, mass = scene.temperature, float(scene.particles)
     before = window + np.random.default_rng(_SEED).random(samples)
-    # In the lowest window, a fraction of 1e-4 is slower. Its exact energy does not matter.
+    # In the lowest window, a fraction of 1e-4 of the samples is slower. Their exact energy does not
+    # matter.
     before = np.maximum(before, 1e-4)
     speeds = np.sqrt(2.0 * temperature * before / mass)
     e = carry(scene, samples, step, speeds).e
