@@ -139,9 +139,9 @@ def rounding_sensitivity(problem: Problem) -> float:
             line, masses=factor * line.masses, velocities=line.velocities / factor**0.5
         )
         collision = _Collision(problem, scaled, None)
-        arriving = collision.departure.gap_derivatives
+        arriving = collision.departure.mean_velocity
         collision.run()
-        etas.append((collision.departure.gap_derivatives / arriving) ** 2)
+        etas.append((collision.departure.mean_velocity / arriving) ** 2)
     return max(abs(eta - etas[0]) for eta in etas)
 
 
@@ -162,7 +162,7 @@ class _Collision:
         self._interval = frame_interval
         self._bodies = ModalBodies(line, problem.bond.stiffness)
         self._gap = gap = self._bodies.at_start()
-        self._approach, self._first_distance = gap.gap_derivatives, gap.mean_distance
+        self._approach, self._first_distance = gap.mean_velocity, gap.mean_distance
         self._fastest = float(np.max(gap.omega))
         self._flown_before = 0.0
         self._snapshots: list[_State] = []
@@ -177,7 +177,7 @@ class _Collision:
         """Integrate until the collision ends and return its end."""
         self._start()
         gap, run_state = self._gap, np.zeros(1, RUN_STATE)[0]
-        run_state.wall_distance, run_state.flown = gap.wall_distance, self.time
+        run_state.gap, run_state.flown = gap.distance, self.time
         # This is twice the reduced mass of the contact, computed from the rounded shapes. With this
         # value a contact conserves the energy to rounding; therefore no error accumulates over many
         # contacts.
@@ -189,7 +189,7 @@ class _Collision:
         while True:
             check_time()
             ended = bounce(run_state, gap.modes, exchange, _WORK_AT_ONCE, record, scratch)
-            count, gap.wall_distance = int(run_state.contacts), float(run_state.wall_distance)
+            count, gap.distance = int(run_state.contacts), float(run_state.gap)
             if count > 0:
                 self._note_contacts(*(each[:count] for each in record))
             before = self.contact_times[-1] if self.contact_times else 0.0
@@ -200,7 +200,7 @@ class _Collision:
             self._take_snapshots(self.time)
             if ended != MORE:
                 return Ending("proved")
-            if not gap.gap_derivatives > 0.0:
+            if not gap.mean_velocity > 0.0:
                 raise UnfinishedCollisionError(
                     f"the bodies still approach each other at a time of {self.time:.6g} after the "
                     "first contact. Change the speed or a mass"
@@ -221,7 +221,7 @@ class _Collision:
             self.contact_times.append(now)
             self.contact_speeds.append(float(speeds[k]))
             self.departure = replace(
-                self._gap, strain_modes=strains[k], velocity_modes=velocities[k], wall_distance=0.0
+                self._gap, strain_modes=strains[k], velocity_modes=velocities[k], distance=0.0
             )
         self.departure = self.departure.copy()
         self._note(strains)
@@ -230,7 +230,7 @@ class _Collision:
         """Decide whether bodies that touch at the start collide or part."""
         line, gap = self._line, self._gap
         closing = float(line.velocities[line.gap] - line.velocities[line.first])
-        if gap.wall_distance > 0.0 or closing != 0.0:
+        if gap.distance > 0.0 or closing != 0.0:
             return
         if self._is_pressed():
             raise SceneError(
@@ -257,10 +257,10 @@ class _Collision:
 
     def _missed(self) -> float:
         """Return the largest impulse that later contacts could give."""
-        mass, gap_derivatives = self._line.reduced_mass, self._gap.gap_derivatives
+        mass, mean_velocity = self._line.reduced_mass, self._gap.mean_velocity
         vibrating = self._gap.strain_modes[1:] ** 2 + self._gap.velocity_modes[1:] ** 2
-        return mass * gap_derivatives + math.sqrt(
-            mass * float(np.sum(vibrating)) + (mass * gap_derivatives) ** 2
+        return mass * mean_velocity + math.sqrt(
+            mass * float(np.sum(vibrating)) + (mass * mean_velocity) ** 2
         )
 
     def _sample_flight(self, duration: float) -> None:
@@ -297,7 +297,7 @@ class _Collision:
             # The total momentum is conserved; this gives the velocity and the displacement of the
             # target's centre of mass.
             share = line.reduced_mass / whole
-            drift = -share * (gap.gap_derivatives - self._approach)
+            drift = -share * (gap.mean_velocity - self._approach)
             drifted = self._approach * (moment + self._flown_before)
             mean = -share * (gap.mean_distance - self._first_distance - drifted)
             outward = np.cumsum(np.concatenate(([0.0], target_strains)))
@@ -306,10 +306,10 @@ class _Collision:
             at_first = np.cumsum(np.concatenate(([0.0], line.strains[: line.gap][::-1])))
             mean -= float(masses @ at_first) / whole
             place = mean + float(masses @ outward) / whole - float(outward[-1])
-        strains = np.concatenate((target_strains[::-1], [gap.wall_distance], chain_strains))
+        strains = np.concatenate((target_strains[::-1], [gap.distance], chain_strains))
         return _State(
             strains,
-            np.concatenate(((drift - resting)[::-1], drift + gap.gap_derivatives + moving)),
+            np.concatenate(((drift - resting)[::-1], drift + gap.mean_velocity + moving)),
             np.cumsum(np.concatenate(([place], strains))),
         )
 

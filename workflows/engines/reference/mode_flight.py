@@ -118,7 +118,7 @@ class ModalGap:
     velocity_modes: Array  #: Amplitudes p_j; of shape (n,).
     omega: Array  #: Frequencies; of shape (n,).
     shape: Array  #: Share c_j of each mode in the gap; of shape (n,).
-    wall_distance: float = 0.0  #: Gap; at a wall it is the x of particle 1.
+    distance: float = 0.0  #: Length of the gap; at a wall it is the x of particle 1.
 
     @property
     def modes(self) -> Modes:
@@ -126,7 +126,7 @@ class ModalGap:
         return self.strain_modes, self.velocity_modes, self.omega, self.shape
 
     @property
-    def gap_derivatives(self) -> float:
+    def mean_velocity(self) -> float:
         """Velocity V with which the centres of mass move apart."""
         return float(self.shape[0] * self.velocity_modes[0])
 
@@ -134,7 +134,7 @@ class ModalGap:
     def mean_distance(self) -> float:
         """Difference D between the mean displacements."""
         vibration = self.shape[1:] @ (self.strain_modes[1:] / self.omega[1:])
-        return self.wall_distance - float(vibration)
+        return self.distance - float(vibration)
 
     def copy(self) -> Self:
         """Return an independent copy of the state."""
@@ -151,8 +151,8 @@ class ModalGap:
         vibrating, omega = slice(1, None), self.omega[1:]
         swing = self.velocity_modes[vibrating] * np.sin(omega * duration)
         swing -= 2.0 * self.strain_modes[vibrating] * np.sin(0.5 * omega * duration) ** 2
-        later.wall_distance += float(self.shape[0] * self.velocity_modes[0] * duration)
-        later.wall_distance += float(self.shape[vibrating] @ (swing / omega))
+        later.distance += float(self.shape[0] * self.velocity_modes[0] * duration)
+        later.distance += float(self.shape[vibrating] @ (swing / omega))
         return later
 
 

@@ -38,7 +38,7 @@ Modes = tuple[Array, Array, Array, Array]
 # The run state contains the gap, the time since the last contact, and the number of recorded
 # contacts.
 RUN_STATE: Any = np.dtype(
-    (np.record, [("wall_distance", "f8"), ("flown", "f8"), ("contacts", "i8")]),
+    (np.record, [("gap", "f8"), ("flown", "f8"), ("contacts", "i8")]),
 )
 
 
@@ -47,7 +47,7 @@ class ModeLoops(NamedTuple):
 
     bounce: Callable  #: Loop from contact to contact, see `build_bounce`.
     rotate: Callable  #: ``rotate(modes, time)`` moves all modes without contacts, in place.
-    #: ``taylor_window(modes, wall_distance)``: time for which the series is exact to rounding.
+    #: ``taylor_window(modes, gap)``: time for which the series is exact to rounding.
     taylor_window: Callable
 
 
@@ -66,10 +66,10 @@ def mode_loops() -> ModeLoops:
     return loops
 
 
-def expand_path(modes: Modes, wall_distance: float, path: Array, moving: Array) -> None:
+def expand_path(modes: Modes, gap: float, path: Array, moving: Array) -> None:
     """Write the Taylor coefficients of the gap to `path`; `moving` is scratch of shape (2, n)."""
     strain_modes, velocity_modes, omega, shape = modes
-    path[0] = wall_distance
+    path[0] = gap
     for j in range(omega.shape[0]):
         moving[0, j] = shape[j] * velocity_modes[j]
         moving[1, j] = -shape[j] * omega[j] * strain_modes[j]
@@ -95,7 +95,7 @@ def rotate(modes: Modes, time: float) -> None:
         velocity_modes[j] = velocity_modes[j] * cosine - strain * sine
 
 
-def taylor_window(modes: Modes, wall_distance: float) -> float:
+def taylor_window(modes: Modes, gap: float) -> float:
     r"""
     Return the time for which a Taylor series of the gap is exact to rounding.
 
@@ -114,21 +114,21 @@ def taylor_window(modes: Modes, wall_distance: float) -> float:
     if share > 0.0:
         return (_REST * _FACTORIAL * (total / share)) ** (1.0 / (TERMS - 1)) / fastest
     # Bodies that do not vibrate have at most one contact, whose time is known.
-    gap_derivatives = shape[0] * velocity_modes[0]
-    return 2.0 * wall_distance / -gap_derivatives if gap_derivatives < 0.0 < wall_distance else 1.0
+    mean_velocity = shape[0] * velocity_modes[0]
+    return 2.0 * gap / -mean_velocity if mean_velocity < 0.0 < gap else 1.0
 
 
-def proof_time(modes: Modes, wall_distance: float) -> float:
+def proof_time(modes: Modes, gap: float) -> float:
     """Return the time after which no contact can come; inf if the bodies do not part."""
     strain_modes, velocity_modes, omega, shape = modes
-    gap_derivatives = shape[0] * velocity_modes[0]
-    if not gap_derivatives > 0.0:
+    mean_velocity = shape[0] * velocity_modes[0]
+    if not mean_velocity > 0.0:
         return np.inf
-    reach, mean_distance = 0.0, wall_distance
+    reach, mean_distance = 0.0, gap
     for j in range(1, omega.shape[0]):
         reach += abs(shape[j]) * np.hypot(strain_modes[j], velocity_modes[j]) / omega[j]
         mean_distance -= shape[j] * strain_modes[j] / omega[j]
-    return max((_PROOF_MARGIN * reach - mean_distance) / gap_derivatives, 0.0)
+    return max((_PROOF_MARGIN * reach - mean_distance) / mean_velocity, 0.0)
 
 
 def build_bounce(register: Callable) -> Callable:
@@ -156,19 +156,19 @@ def build_bounce(register: Callable) -> Callable:
         path, moving = scratch
         flown = 0.0
         while flown < longest:
-            expand(modes, run_state.wall_distance, path, moving)
+            expand(modes, run_state.gap, path, moving)
             root = root_of(path, window)
             if root >= 0.0:
                 turn(modes, root)
                 incoming = 0.0
                 for j in range(modes[2].shape[0]):
                     incoming += modes[3][j] * modes[1][j]
-                run_state.wall_distance = 0.0
+                run_state.gap = 0.0
                 return flown + root, -abs(incoming)
-            wall_distance = 0.0
+            gap = 0.0
             for m in range(TERMS - 1, -1, -1):
-                wall_distance = wall_distance * window + path[m]
-            run_state.wall_distance = wall_distance
+                gap = gap * window + path[m]
+            run_state.gap = gap
             turn(modes, window)
             flown += window
         return flown, 1.0
@@ -186,8 +186,8 @@ def build_bounce(register: Callable) -> Callable:
         count = shape.shape[0]
         run_state.contacts = 0
         while run_state.contacts < speeds.shape[0] and work > 0.0:
-            window = window_of(modes, run_state.wall_distance)
-            proof = proof_of(modes, run_state.wall_distance)
+            window = window_of(modes, run_state.gap)
+            proof = proof_of(modes, run_state.gap)
             if proof <= 0.0:
                 return PROVED
             longest = min(proof, window * max(work / count, 1.0))
