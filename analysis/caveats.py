@@ -24,7 +24,7 @@ def collect_caveats(
     Return the caveats on the results; the list is empty for a dump without faults.
 
     `drifts` are two relative changes of the energy since the first frame: up to the first frame
-    after the last contact, and up to the last frame. They are None if the bond is unknown.
+    after the last contact, and up to the last frame. `drifts` is None if the bond is unknown.
     `truncated` says whether the last frame is incomplete.
     """
     reading, layout, bond = seen.reading, seen.reading.layout, seen.reading.known.bond

@@ -46,7 +46,7 @@ class Distribution:
     deviation: float  #: See ``mean``.
     standard_error: float  #: Statistical error of the mean, :math:`s/\sqrt N`; nan for one sample.
     #: Numerical error of the mean: the mean of the samples' error bars, because all errors may have
-    #: the same sign. It is nan if a sample has no error bar.
+    #: the same sign. The result is nan if a sample has no error bar.
     numerical_error: float
     quantiles: tuple[Quantile, ...]  #: Quantiles at the probabilities `QUANTILES`.
 
@@ -87,8 +87,8 @@ def quantile(values: ArrayLike, probability: float) -> Quantile:
     Return a quantile with a confidence interval that is valid for any distribution.
 
     The quantile is interpolated linearly between samples, like `numpy.quantile`. The number of
-    samples below the true quantile has a binomial distribution. It determines which two ordered
-    samples enclose the quantile with the required confidence.
+    samples below the true quantile has a binomial distribution, which determines the two ordered
+    samples that enclose the quantile.
     """
     from scipy.stats import binom
 

@@ -28,8 +28,8 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 # Modes whose squared frequencies differ by less than this fraction of the largest squared frequency
-# cannot be distinguished. If a mass changes by one epsilon of itself, squared frequencies change by
-# an epsilon of the largest one.
+# cannot be distinguished. If a mass changes by a relative epsilon, squared frequencies change by an
+# epsilon of the largest squared frequency.
 _INDISTINCT = 1e-12
 
 
@@ -138,8 +138,8 @@ def mode_energies(
     Return :math:`E_j = (p_j^2 + \omega_j^2 q_j^2)/2` for every mode.
 
     For equal masses p is the DCT-II of the velocities, and :math:`\omega_j q_j` is
-    :math:`-\sqrt{k}` times the DST-I of the bond strains. No frequency is divided by, and no digits
-    are lost to the translation, which is large after a collision. Both transforms cost O(n log n).
+    :math:`-\sqrt{k}` times the DST-I of the bond strains. No digits are lost by divisions by small
+    frequencies, or by the large translation after a collision. Both transforms cost O(n log n).
 
     For unequal masses :math:`p_j = \sum_i a_{ij} \sqrt{m_i} v_i` with the orthonormal eigenvectors
     a_j of the free chain, and :math:`\omega_j q_j` is computed from the strains with the
@@ -178,9 +178,9 @@ def kinetic_mode_energies(velocities: ArrayLike, masses: ArrayLike | None = None
     r"""
     Return the kinetic part of the mode energies, :math:`p_j^2/2`, which is valid for any bonds.
 
-    The sum over j >= 1 is exactly the kinetic energy relative to the centre of mass. This also
-    holds for strongly stretched or broken bonds, for which :func:`mode_energies` has no meaning. In
-    harmonic vibration, the time average of the kinetic part is half of :math:`E_j`.
+    The sum over j >= 1 is exactly the kinetic energy relative to the centre of mass. The kinetic
+    part is also valid for strongly stretched or broken bonds, for which :func:`mode_energies` has
+    no meaning. In harmonic vibration, the time average of the kinetic part is half of :math:`E_j`.
 
     Parameters
     ----------
@@ -252,8 +252,8 @@ def anharmonic_remainder(displacements: ArrayLike, bond: Potential) -> Array:
     Returns
     -------
     numpy.ndarray of shape (...)
-        Vibrational energy minus the sum of E_j over j >= 1. It is zero for harmonic bonds and
-        negative for bonds that soften.
+        Vibrational energy minus the sum of E_j over j >= 1; zero for harmonic bonds, and negative
+        for bonds that soften.
     """
     strains = bond_strains(displacements)
     return np.sum(bond.energy(strains) - 0.5 * bond.stiffness * strains**2, axis=-1)
@@ -283,7 +283,7 @@ def free_modes(masses: ArrayLike, stiffness: float = 1.0) -> FreeModes:
     .. math:: R_{ii} = \mu_i^{-1/2}, \quad R_{i,i+1} = -\frac{\mu_i^{1/2}}{m_{i+1}}, \quad
               \frac{1}{\mu_i} = \frac{1}{m_{i+1}} + \frac{1}{m_1 + \dots + m_i},
 
-    Its entries are computed without cancellation. LAPACK's QR iteration finds even the smallest
+    The entries are computed without cancellation. LAPACK's QR iteration finds even the smallest
     singular values of this matrix to all digits (Demmel and Kahan, 1990). The cost is O(n^3), 0.7 s
     for n = 300. `masses` have the shape (n,), and `stiffness` is U''(1). Modes are in order of
     increasing frequency.

@@ -27,7 +27,7 @@ def resolve_output(path: Path) -> Path:
     """
     Resolve links and ``..`` in the folder of an output path.
 
-    The file name itself may be a link. It is not followed, and writing replaces the link. Raises
+    A file name that is itself a link is not followed, and writing replaces the link. Raises
     InputError if the path leads nowhere.
     """
     try:

@@ -80,8 +80,8 @@ def restitution(
     Returns
     -------
     numpy.ndarray of shape (...)
-        Coefficient of restitution. It is at least 0, and at most 1 for a chain that was cold before
-        the collision.
+        Coefficient of restitution, at least 0, and at most 1 for a chain that was cold before the
+        collision.
     """
     return np.square(kinematic_restitution(velocities, impact_velocity, masses))
 
@@ -184,7 +184,7 @@ def momentum_residual(
     Returns
     -------
     float
-        (P - expected P)/(M v0). It is a rounding error if the list of contacts is complete.
+        (P - expected P)/(M v0), which is a rounding error if the list of contacts is complete.
     """
     v = np.asarray(velocities, dtype=float)
     m = np.ones(v.size) if masses is None else np.asarray(masses, dtype=float)

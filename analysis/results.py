@@ -129,7 +129,7 @@ class CollisionAnalysis(BodyAnalysis):
         e = V/v0, the ratio of speeds.
     restitution_error : float or None
         Total error of eta, from the log or from a second run at another time step: see
-        :func:`~chaincor.analysis.step_error.estimate_error`. It is None if there is no estimate.
+        :func:`~chaincor.analysis.step_error.estimate_error`. It is None without an estimate.
     data_error : float
         Bound on the error of eta due to the number format of the dump and to its conversion. The
         error of the simulation is not included.

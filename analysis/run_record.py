@@ -89,11 +89,11 @@ class RunRecord:
     @property
     def last_contact_error(self) -> float | None:
         """
-        Return the error bar of the time of the last contact.
+        Return the error bar of the last contact's time.
 
         The error bar is the largest difference between runs in the time of a contact, plus the
-        errors that all runs share. It is None if no other run was compared, or if the numbers of
-        contacts differ.
+        errors that all runs share. The result is None if no other run was compared, or if the
+        numbers of contacts differ.
         """
         error = self.details.get("spread", {}).get("contact_times")
         return error if error is not None and math.isfinite(error) else None

@@ -24,7 +24,7 @@ PAIR_INTERVAL = math.pi / math.sqrt(2.0)
 PAIR_CONTACTS_PER_PARTICLE = 2.0 * math.sqrt(2.0) / math.pi
 PAIR_SPEED = math.pi / (2.0 * math.sqrt(2.0))
 
-# The constant is (8/pi^2) (pi/24^(1/3)) times the integral of sin^2(y^3)/y^2, which is -2^(1/3)
+# The constant is (8/pi^2) (pi/24^(1/3)) I with the integral I of sin^2(y^3)/y^2, I = -2^(1/3)
 # Gamma(-1/3) cos(pi/6)/6.
 HARMONIC_DISSIPATION_COEFFICIENT = (
     (8.0 / math.pi**2)

@@ -25,8 +25,8 @@ from chaincor.workflows.versions import versions
 
 HISTORY = Path(__file__).parent / "history"
 # On a busy machine, repeated ratios agree within a factor of 1.5. Ratios of errors depend on a time
-# step from a list, and the choice may change to a neighbouring time step. This changes a ratio by a
-# factor of 20 if order 8 only begins to converge (lj at 1 v*).
+# step from a list, and the choice may change to a neighbouring time step. A neighbouring time step
+# changes a ratio by a factor of 20 if order 8 only begins to converge (lj at 1 v*).
 WORSE = 1.5
 WORSE_ERRORS = 30.0
 # Integrators of other authors. Larger ratios of their time to ours are better.

@@ -15,9 +15,9 @@ precision of the dump, however far the frames are apart. The momentum of these c
 with the second frame.
 
 *interpolation*, if the bond is unknown: between a frame and the contact, particle 1 moves at about
-the mean of its velocities at these two times. This gives the time from the first frame to the
-contact, and the time from the contact to the second frame. If their sum differs from the time
-between the frames, there was more than one contact, and the frames are too far apart.
+the mean of its velocities at these two times. The two frames give the time to the contact and the
+time since the contact. If the sum of both differs from the time between the frames, there was more
+than one contact, and the frames are too far apart.
 """
 
 from collections.abc import Sequence
@@ -43,7 +43,7 @@ _LARGEST_MISS = 0.5
 # Between two frames, particle 1 moves at most this many times as fast as the fastest particle in
 # either frame.
 _FASTEST = 2.0
-# Tolerance of the reintegration. It matches the precision of dumps with all digits.
+# Tolerance of the reintegration, for dumps with all digits.
 _RELATIVE_TOLERANCE = 1e-12
 # Sound crosses 1 to about 2 bonds in a unit of time. Particles farther away than this cannot affect
 # the contact.
@@ -61,16 +61,16 @@ class DetectedContacts:
     method: str  #: Method: ``reintegration`` or ``interpolation``.
     unresolved: int  #: Number of intervals between frames with an unknown number of contacts.
     #: Largest difference between the momentum of the found contacts and the momentum in the dump,
-    #: between any two frames, in units of v0. It is 0 for interpolation, which takes the momentum
-    #: from the dump.
+    #: between any two frames, in units of v0; 0 for interpolation, which takes the momentum from
+    #: the dump.
     worst_miss: float
     #: Longest interval between two frames that enclose a contact and do not show it.
     largest_gap: float
     #: Number of intervals between frames in which the momentum rises although particle 1 cannot
     #: have reached the wall.
     unexplained: int = 0
-    #: Largest decrease of the momentum below an earlier value, in units of M v0. It is 0 if
-    #: rounding explains the decrease.
+    #: Largest decrease of the momentum below an earlier value, in units of M v0; 0 if rounding
+    #: explains the decrease.
     largest_fall: float = 0.0
 
 
@@ -162,8 +162,8 @@ class ContactDetector:
         )
 
     def _threshold(self, before: ChainState, after: ChainState) -> float:
-        # If velocities are larger than v0 by a decade, the last printed digit is larger by a
-        # decade, too.
+        # If velocities are larger than v0 by a decade, the unit of their last printed digit is
+        # larger by a decade, too.
         largest = max(np.max(np.abs(before.velocities)), np.max(np.abs(after.velocities)))
         resolution, spread, usual = self._rounding
         coarser = 10.0 ** (np.floor(np.log10(max(largest, self._velocity))) - usual)
@@ -218,8 +218,8 @@ def interpolate_contact(before: ChainState, after: ChainState, speed: float) -> 
     these two times. The error is of third order in the time between them.
 
     The two estimates are independent. If both are right, their sum is the time between the frames.
-    Each estimate is limited to ten times the time between the frames, which is also the result if
-    particle 1 does not move towards the wall.
+    If particle 1 does not move towards the wall, or moves slowly, an estimate is ten times the time
+    between the frames.
     """
     closing = 0.5 * (speed - before.gap_velocity)
     leaving = 0.5 * (speed + after.gap_velocity)
@@ -272,8 +272,7 @@ def reintegrate_contacts(
     time = state.time
     while True:
         gap, closing = float(np.sum(u[front])), -float(np.sum(v[front]))
-        # At a contact the gap is zero except for rounding. Rounding must not be taken for another
-        # contact.
+        # At a contact the gap is zero except for rounding. Rounding must not cause another contact.
         if gap <= 1e-14 * size and closing > 0.0:
             times.append(time)
             speeds.append(closing)

@@ -72,8 +72,8 @@ class DumpFrame:
         Return the number of digits in the dump's format, as far as this frame shows.
 
         ``%g`` drops trailing zeros. The result is therefore the number of digits in the longest
-        number, except ids and other whole numbers. It is 17 for binary dumps, and at least 6, the
-        default of LAMMPS.
+        number, except ids and other whole numbers. The result is 17 for binary dumps, and at least
+        6, the default of LAMMPS.
         """
         if self.printed_digits is not None:
             return self.printed_digits

@@ -45,8 +45,8 @@ def read_here(path: str, kind: str, folder: str) -> None:
     from MDAnalysis.coordinates.core import reader
 
     with tempfile.TemporaryDirectory(dir=folder) as beside:
-        # MDAnalysis writes a file of offsets beside the file that it reads. It is therefore given a
-        # link in another folder.
+        # MDAnalysis writes a file of offsets beside the file that it reads. MDAnalysis is therefore
+        # given a link in another folder.
         link = Path(beside) / Path(path).name
         link.symlink_to(path)
         with warnings.catch_warnings():

@@ -34,7 +34,7 @@ _MDANALYSIS_FORMATS = {
     ".dcd": ("DCD", b"T\x00\x00\x00CORD"),
     ".xtc": ("XTC", b"\x00\x00\x07\xcb"),
 }
-# float32 has 24 bits, which are slightly more than seven digits.
+# The 24 bits of float32 are slightly more than seven digits.
 _SINGLE_DIGITS = 7
 
 
@@ -60,7 +60,7 @@ class OtherTrajectory(DumpFrames):
     """
     Trajectory that ASE or MDAnalysis reads, frame by frame, without conversion of units.
 
-    Frames have the columns ``x`` and ``vx``. They also have ``mass`` if the file has masses, or
+    Frames have the columns ``x`` and ``vx``. Frames also have ``mass`` if the file has masses, or
     else ``type`` if elements differ. `truncated` is False, because the libraries do not report
     incomplete frames.
     """

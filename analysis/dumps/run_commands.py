@@ -104,8 +104,8 @@ class RunCommands:
         """
         Time step of the whole run; None if it is unknown or changes.
 
-        It is None if there is no ``timestep`` command, if a script computes the time step, or if
-        there are several time steps.
+        The result is None if there is no ``timestep`` command, if a script computes the time step,
+        or if there are several time steps.
         """
         steps = set(self._timesteps())
         return _positive(steps.pop()) if len(steps) == 1 else None

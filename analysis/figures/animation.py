@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _FRAMES_PER_SECOND = 25
-# This many frames last an hour when they are shown.
+# Largest number of frames, which last an hour when they are shown.
 _MOST_FRAMES = 90_000
 # Most particles in a chain with coiled springs, and longest bond that is drawn. Longer bonds have
 # broken or are about to break.
@@ -61,10 +61,10 @@ def animate_collision(
     Write an animation as GIF, or as MP4 if ffmpeg is installed.
 
     The upper panel shows the velocity of each particle, and the lower panel the chain, coloured by
-    velocity. `frames` is the number of pictures. They are evenly spaced in simulated time, and 25
-    are shown per second. States between the given times are interpolated. The first `targets`
-    particles are those of a free target, from its far end to the contact; without a target a wall
-    is drawn. In a notebook, the progress is displayed.
+    velocity. `frames` is the number of pictures, which are evenly spaced in simulated time. 25
+    pictures are shown per second. States between the given times are interpolated. The first
+    `targets` particles are those of a free target, from its far end to the contact; without a
+    target a wall is drawn. In a notebook, the progress is displayed.
 
     Raises InputError if the ending of the file is unknown, if ffmpeg is missing for MP4, or if
     `frames` is not a valid number of pictures.

@@ -41,7 +41,7 @@ def plot_curves(
     label the axes. The x axis is logarithmic if values span more than a factor of 30. If there are
     more than 24 curves, there is no legend. If the names of the curves are values of one quantity,
     a colour bar shows these values; otherwise the title gives the number of curves. Returns the
-    axes, which belong to a new figure if none are given.
+    axes; without `ax`, they are those of a new figure.
     """
     own = ax is None
     ax = choose_axes(ax)

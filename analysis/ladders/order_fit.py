@@ -78,7 +78,7 @@ def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
     Terms of higher order distort a fit to coarse rungs, and a fit to few rungs is uncertain. Each
     window of finest rungs is therefore fitted by weighted least squares, in which A and B are
     linear at each p. The error of a window is its statistical error combined with the effect of its
-    coarsest rungs. This effect is found by omitting the k coarsest rungs. If p then changes by d
+    coarsest rungs. The effect is found by omitting the k coarsest rungs. If p then changes by d
     beyond chance, the error of p is d/(1 - r^k) with the ratio r of neighbouring time steps. This
     estimate assumes that the next term is of relative order h, which is the least favourable order.
     The window whose limit has the smallest error is chosen.
@@ -191,8 +191,8 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     the union of the intervals from the remaining orders. The bias of a rung is at most the largest
     :math:`|B| h^p` of these orders, plus its error. The largest window of rungs that some order
     fits is used. Windows of three rungs are not used, because some power always nearly fits three
-    rungs. If no power fits, the steepest slope between the three finest rungs is doubled and
-    extrapolated to a time step of 0, which bounds the bias.
+    rungs. If no power fits, the bias is bounded by extrapolation to a time step of 0, with twice
+    the steepest slope between the three finest rungs.
 
     `steps` and `values` have the shape (R, M): M runs on each of R rungs, from coarse to fine.
     `scatter`, of shape (R,), is the positive standard deviation of one run on each rung. There must

@@ -9,9 +9,8 @@ from chaincor.lammps_inputs.arrays import Array
 # A series has no error bar if its correlations extend over more than this fraction of its length,
 # or if it has fewer independent samples than the second number.
 _LARGEST_SHARE, _LEAST_INDEPENDENT = 0.25, 3.0
-# A series with fewer samples has no error bar. If series have 24 samples and a correlation time of
-# 10, 3 in 100 look independent, and the true mean is within the error bar of only 52 of 100 such
-# series.
+# A series with fewer samples has no error bar. If the correlation time is 10, 3 of 100 series with
+# 24 samples look independent. For such series, only 52 of 100 error bars contain the true mean.
 _LEAST_SAMPLES = 50
 _THREE_SIGMA = 0.99865
 # An error bar longer than this many standard deviations of the series has no meaning.
@@ -44,8 +43,8 @@ def standard_error(series: Array) -> MeanError:
     then have the same probability as for a Gaussian. A series that looks like a random walk may be
     a short part of a slower series. Therefore :math:`\sigma` is multiplied by :math:`1 +
     (35/\nu)^3` with :math:`\nu = N \sum (x_{i+1} - x_i)^2 / \sum (x_i - \bar x)^2`. The error is
-    inf for fewer than 50 samples. It is also inf if it would exceed 1.5 standard deviations of the
-    series, which happens with fewer than about four independent samples.
+    inf for fewer than 50 samples. An error above 1.5 standard deviations of the series is also
+    replaced by inf. This happens with fewer than about four independent samples.
     """
     from scipy.special import stdtrit
 

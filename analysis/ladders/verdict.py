@@ -22,7 +22,7 @@ KNOWN_ORDER = 0.5
 # of the smooth error from one rung to the next.
 ROUGH = 0.5
 # Scatter is attributed to the time step only if it decreases at least as fast as this power of the
-# time step. It is classified as noise only if it decreases more slowly.
+# time step. Scatter that decreases more slowly may be noise.
 LEAST_DECAY = 0.5
 # The promised error assumes that the values on one rung differ from their mean by at most this many
 # standard deviations.
@@ -44,12 +44,12 @@ class LadderVerdict:
     kind: VerdictKind
     reason: str  #: Reason for the verdict, in one sentence.
     #: Power of the time step with which the smooth error, or the scatter of an irregular error,
-    #: decreases. It is None for noise, or if it is unknown.
+    #: decreases. The order is None for noise, or if it is unknown.
     order: float | None
     #: Error bar of the order, valid in 95 of 100 cases; None without an order.
     order_error: float | None
-    #: Best estimate of the quantity: extrapolated, from the finest rungs, or the mean of all runs.
-    #: It is None if there is no estimate.
+    #: Best estimate of the quantity: extrapolated, from the finest rungs, or the mean of all runs;
+    #: None without an estimate.
     value: float | None
     #: Error bar of `value`, valid in 95 of 100 cases; None without an estimate.
     value_error: float | None
@@ -63,10 +63,10 @@ class LadderVerdict:
         """
         Bound on the error of a single run on each rung, of shape (R,).
 
-        The error is the difference from the limit of small time steps. Its bound is the bound on
-        the bias plus three standard deviations of single runs. The bound is never smaller than that
-        of a finer rung, because an error may vanish by chance at one time step. It is inf if it is
-        unknown.
+        The error is the difference from the limit of small time steps. It is bounded by the bound
+        on the bias plus three standard deviations of single runs. The bound is never smaller than
+        that of a finer rung, because an error may vanish by chance at one time step. An unknown
+        bound is inf.
         """
         errors = self.bias + SCATTER_RESERVE * self.scatter
         return np.maximum.accumulate(errors[::-1])[::-1]

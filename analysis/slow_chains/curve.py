@@ -100,8 +100,8 @@ def _waves(order: int) -> tuple[_Wave, ...]:
     """
     Return the waves of the table.
 
-    The loss of a chain is the smallest loss of all waves. It has a kink at each y at which two
-    waves have the same loss.
+    The loss of a chain is the smallest loss of all waves. As a function of y, the loss has a kink
+    if two waves have the same loss.
     """
     table = np.loadtxt(TABLE, delimiter=",", skiprows=1)
     table = table[table[:, 0] == order]
@@ -242,8 +242,8 @@ def slow_chain_dissipation_error(bond: Potential, particles: int, impact_velocit
     Returns
     -------
     float
-        :math:`n^{-2/3}` times `limiting_loss_error`. It does not include the neglected terms of
-        the theory.
+        :math:`n^{-2/3}` times `limiting_loss_error`. The neglected terms of the theory are not
+        included.
     """
     variable = slow_chain_variable(bond, particles, impact_velocity)
     error = float(limiting_loss_error(variable, bond.anharmonic_order or 3))

@@ -27,8 +27,8 @@ _SPACINGS = (0.1, 0.12, 0.14)
 _SMOOTH, _SMOOTHING_ORDER = 2.5, 3
 # Time step times the largest rate. The classical Runge-Kutta method is stable up to 2.8.
 _STABLE = 0.8 * 2.8
-# Lengths of the grid ahead of the train of waves, behind it, and of the sponge, in widths of the
-# linear front.
+# Lengths ahead of the train of waves, behind the train, and of the absorbing layer, in widths of
+# the linear front.
 _AHEAD, _BEHIND, _SPONGE = 14.0, 12.0, 10.0
 # Further lengths behind the train, in widths of solitons, for the waves that the smoothed step
 # makes.

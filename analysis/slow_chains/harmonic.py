@@ -32,8 +32,7 @@ from chaincor.lammps_inputs.arrays import Array
 # behind the front F remains above 0.8.
 _BEFORE, _BEHIND = 10.0, 4.0
 _PANEL_NODES = 16
-# This is three times the largest difference from the modal engine, for 76 lengths from 100 to
-# 10000.
+# Three times the largest difference from the modal engine, for 76 lengths from 100 to 10000.
 _ERROR_PER_PARTICLE = 5e-12
 
 
@@ -45,7 +44,7 @@ _Z = np.arange(math.log(5e-12), math.log(42.0 / _SOONEST), 0.3)
 _U = np.exp(_Z)
 _RATES = 2j - _U
 _WEIGHTS = -0.3 * _U**1.5 * np.sqrt(4j - _U) / (math.pi * _RATES)
-# Steady contacts follow each other after 2.1 to 2.5. Between two contacts x rises and falls once,
+# The interval between steady contacts is 2.1 to 2.5. Between two contacts x rises and falls once,
 # and is sampled at these times.
 _ARCH = np.arange(1.0, 3.0, 0.25)
 _TURNS = np.exp(_ARCH[:, None] * _RATES)

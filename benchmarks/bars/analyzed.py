@@ -4,11 +4,11 @@ Test the error bars of ``chaincor analyze``, with random jobs that LAMMPS runs a
     python -m benchmarks.bars.analyzed [--pairs 30] [--seed 1] [--csv FILE]
 
 Two jobs of each collision are written by ``chaincor inputs --frames``, run by ``lmp -in`` and
-analysed like by a user. The true eta comes from the reference engine at 1e-10. The study prints how
-often the true eta is within `restitution_error`, if this is not null, and how often the eta that
-the job itself printed is within `data_error`. It also prints quantiles of the ratio of the true
-error to the larger of difference and drift. The reserves in ``chaincor.analysis.step_error`` must
-exceed the largest ratio. Finally, it prints why error bars are null.
+analysed by ``chaincor analyze``. The true eta comes from the reference engine at 1e-10. The study
+prints how often the true eta is within `restitution_error`, if this is not null, and how often the
+eta that the job itself printed is within `data_error`. It also prints quantiles of the ratio of the
+true error to the larger of difference and drift. The reserves in ``chaincor.analysis.step_error``
+must exceed the largest ratio. Finally, it prints why error bars are null.
 """
 
 import argparse

@@ -25,7 +25,7 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import RunError
 
 TARGET_ERRORS = tuple(10.0**-k for k in range(2, 12))
-# Lower orders would save a tenth at 1e-2, and nothing from 1e-4 on.
+# Lower orders would save a tenth of the time at 1e-2, and nothing from 1e-4 on.
 IN_HOUSE_SCHEMES = ("order8", "srkn14", "extrapolated12", "extrapolated14")
 # Cost, relative to the cheapest scheme, that is assumed for a scheme which cannot reach an error.
 # Schemes with a larger expected cost are not run.

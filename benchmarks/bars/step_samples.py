@@ -59,7 +59,7 @@ def usual_error(random: Random, count: int) -> Samples:
 
 
 def promise_reserve(random: Random, count: int) -> Samples:
-    """Error in LAMMPS, divided by the largest of lj at 0.4 v*, n = 100, at equal scaled steps."""
+    """Error in LAMMPS at scaled steps, divided by the largest of lj at 0.4 v* and n = 100."""
     worst = _lammps_errors(Scene(), _PHASES)
     found: Samples = {scheme: [] for scheme in worst}
     while len(found["verlet"]) < count:

@@ -49,8 +49,9 @@ from chaincor.workflows.errors import BarrierError, CrossingError, RunError, Wor
 
 # Limit of processor time for each result and each judge, by the least number of particles.
 SECONDS = {1: 60.0, 1000: 300.0, 10_000: 1800.0}
-# Accuracies of two runs by the judge. Their difference is the error of the more accurate run. Long
-# chains that break amplify errors up to a million times, and are run with the second pair.
+# Accuracies of two runs by the judge. The difference between the runs is the error of the more
+# accurate run. Long chains that break amplify errors up to a million times, and are run with the
+# second pair.
 JUDGE_ACCURACIES = ((1e-9, 1e-10), (1e-12, 1e-13))
 JUDGE_STEP_GOALS = (1e-8, 1e-10)
 # Largest difference of the times at which two runs are stopped. Runs detect the cause at the end of

@@ -4,9 +4,9 @@ Compare chains of six bonds with the curve of slow long chains, at fixed y.
     python -m benchmarks.slow_chains.lattices [--fit]
 
 Adds the missing chains to ``lattices.csv`` in this folder. The reference engine computes n^(2/3) (1
-- eta) to 2e-3. Each size is a mean over lengths within 6 %, which scatter with the phase of the
-last contacts. An interrupted run can be repeated and keeps the finished chains. With 1/b as the
-unit of length, Toda chains of all b are the same chain.
+- eta) to 2e-3. Results for a size are means over lengths within 6 %, because losses scatter with
+the phase of the last contacts. An interrupted run can be repeated and keeps the finished chains.
+With 1/b as the unit of length, Toda chains of all b are the same chain.
 """
 
 import argparse

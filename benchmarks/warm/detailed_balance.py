@@ -18,7 +18,7 @@ distribution, and let the chain be in equilibrium at T. Outgoing speeds then hav
 distribution: :math:`K = M V^2/2` is exponential with mean T. Because the motion is reversible, the
 joint distribution of (K before, K after) is symmetric.
 
-This holds only for whole collisions. The map leads to the *first* outward crossing. L is so large
+This holds only for whole collisions. The map ends at the *first* outward crossing. L is so large
 that a chain can touch the wall after this crossing only in states of weight 1e-12. The crossing is
 therefore the end of the collision, which includes all earlier contacts, however late. Almost every
 chain crosses: at a given energy, states with the centre of mass closer than L have a finite volume,

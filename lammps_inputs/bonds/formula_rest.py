@@ -13,8 +13,8 @@ from chaincor.lammps_inputs.errors import PotentialError
 # Number of digits in the computation of the natural length and of the series, and in the check for
 # lost digits.
 _DIGITS = 40
-# The series is used up to the strain at which its truncation error is the first number, as a
-# fraction of the force. It is never used beyond the second number.
+# Relative truncation error at which the series ends, and largest strain at which the series is
+# used.
 _CUT, _FARTHEST = 1e-18, 0.25
 # Range of strains in which the natural length must lie, and the smallest strain of the search.
 _NEAREST_REST, _SHORTEST_REST, _LONGEST_REST = 1e-7, -0.5, 1.0

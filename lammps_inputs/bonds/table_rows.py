@@ -3,8 +3,8 @@ Estimate the uncertainty of a bond table, and make other forces that fit its row
 
 A table gives values of a function at some lengths, with a limited number of digits. The error
 between rows is estimated by omitting every second row. If the function is smooth and rows are
-close, this increases the error of a cubic spline by a factor of sixteen. If the rows are far apart
-or noisy, the error changes little.
+close, the omission increases the error of a cubic spline by a factor of sixteen. If the rows are
+far apart or noisy, the error changes little.
 """
 
 import math
@@ -153,7 +153,8 @@ class BondRows:
         if count < _FEW:
             return ""
         missed = self.left_out(2)
-        # The errors two rows away do not depend on this row. They are those of a smooth function.
+        # The errors two rows away do not depend on this row, and show the error for a smooth
+        # function.
         padded = np.pad(missed, 2, mode="reflect")
         smooth = np.maximum(padded[:-4], padded[4:]) + self.digits
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -14,9 +14,9 @@ from chaincor.lammps_inputs.bonds.check import find_kinks, refuse_mismatch, scan
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import PotentialError, one_line
 
-# Long after the impact, sound in a chain has about the first number times the energy of two
-# colliding particles. A force is not linear near s = 0 if its secant at this energy differs from
-# U'' by more than the second factor.
+# Energy of sound in a chain long after the impact, in units of the energy of two colliding
+# particles. A force is not linear near s = 0 if its secant at this energy differs from U'' by more
+# than the factor `_FAR`.
 _SOUND_SHARE, _FAR = 1e-4, 10.0
 
 
