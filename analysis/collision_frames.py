@@ -28,7 +28,7 @@ class Known:
     """Data of a collision from outside its dump, in the chain's units; None if unknown."""
 
     #: Potential of the bonds. If it is known, the analysis computes energies, and finds contacts
-    #: between frames that are any time apart.
+    #: however far the frames are apart.
     bond: Potential | None = None
     #: Impact speed v0; by default the speed in the first frame.
     impact_velocity: float | None = None

@@ -152,7 +152,7 @@ def _momentum(state: ChainState, masses: Sequence[Array]) -> float:
 
 
 def _largest_restitution(energy: float | None, reading: CollisionFrames) -> float | None:
-    """Return eta if all energy of the first frame became relative motion; None if unknown."""
+    """Return the largest eta that the energy in the first frame allows; None if unknown."""
     if energy is None:
         return None if reading.start in ("moving", "turned") else 1.0
     masses = [float(np.sum(m)) for m in reading.masses]

@@ -6,9 +6,9 @@ Run the regular benchmarks, and append their ratios to a dated CSV.
 Each ratio compares two programs or methods, which are measured in the same run: an event-driven run
 and a bare `run N` of LAMMPS; the errors of the stock wall and the event wall in the same time;
 LAMMPS at 1e-10 and heyoka or SciPy's DOP853; the reference engine at 1e-11 and heyoka or DOP853;
-the loops of the reference engine and loops in C. Ratios are printed as soon as they are measured,
-and written to ``benchmarks/history/<date>.csv``. A ratio that is much worse than in the previous
-file is reported as a regression. All benchmarks take three minutes of processor time.
+the loops of the reference engine and loops in C. Ratios are written to
+``benchmarks/history/<date>.csv``. A ratio that is much worse than in the previous file is reported
+as a regression. All benchmarks take three minutes of processor time.
 """
 
 import argparse

@@ -30,7 +30,7 @@ TOLERANCES = tuple(10.0**-k for k in range(4, 13))
 ENGINES = {"reference": BLUE, "lammps": VERMILION}
 # LAMMPS is slower, and its longest chain is shorter by this factor.
 _LAMMPS_SHARE = 0.1
-# Up to this length, a first collision is not timed, because it compiles loops and reads tables.
+# Up to this length, a first collision compiles loops and reads tables, and is not timed.
 _WARMED_UP_TO = 200
 # Least measured time. The resolution of processor time is some milliseconds.
 _LEAST_SECONDS = 0.4

@@ -3,8 +3,8 @@
 Prints the smallest e = sqrt(eta) that was found for n = 2 to 10 masses, the e at the start of this
 search, the time of all searches, and the result of LAMMPS. Searches begin at the best of many
 random chains, at the best shorter chain with an additional mass, and at the results of earlier
-searches. Minima are mostly at corners of e, at which a new contact appears. There are many local
-minima, of which only some are found. The printed e is therefore an upper bound of the minimum.
+searches. Minima are mostly at corners of e, at which a new contact appears. Only some of many local
+minima are found, and e is therefore an upper bound of the minimum.
 
 Run: python -m benchmarks.least_restitution [--chains 2-10] [--starts 5] [--seed 1]
 """

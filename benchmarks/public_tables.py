@@ -25,10 +25,9 @@ from chaincor.workflows.tables.reading import kind_of, read_table_sections, read
 _LEAST_ROWS = 40
 _FINER = 4
 _BESIDE = 7
-# Smaller errors are replaced by this one: a millionth of the local force, which is the last digit
-# that LAMMPS writes.
+# Smallest error: a millionth of the local force, which is the last digit that LAMMPS writes.
 _LEAST = 1e-6
-# Larger errors are replaced by this one: the whole local force.
+# Largest error: the whole local force.
 _MOST = 1.0
 # LAMMPS replaces the sine of an angle by 0.001 if it is smaller. Forces are therefore wrong within
 # this many degrees of 0 and 180.

@@ -23,8 +23,8 @@ from chaincor.workflows.sensitivity.sensitivity import first_linearised_step, gr
 from chaincor.workflows.sensitivity.trace import SCHEME, trace
 
 SCENES = ("100:0.4", "100:1", "1000:1")
-# Time step of a coarse run, from which the shortest bond and the number of contacts are taken, and
-# number of crossings of sound after which eta is compared.
+# Time step of a coarse run that gives shortest bond and contacts, and crossings of sound after
+# which eta is compared.
 SCOUT, CROSSINGS = 0.1, 4.0
 # Largest ratio of scatter to prediction. The standard deviation of ten runs is known to a quarter,
 # and rounding is not entirely random.

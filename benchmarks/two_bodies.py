@@ -28,8 +28,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.into_store import collide_into_store
 from chaincor.workflows.store.row import Row
 
-# Number of mass ratios, by number of particles. The curve for two particles has corners and needs
-# many points. Its minimum is at the mass ratio 1.43447.
+# Number of mass ratios, by number of particles. The curve for two particles has corners, and its
+# minimum is at 1.43447.
 _RATIOS = {2: 401, 10: 161, 50: 81}
 _LEAST_OF_TWO = 1.43447  # 1 + 2 max(-sin z/z)
 _ROD = 24

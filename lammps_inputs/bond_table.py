@@ -18,10 +18,10 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 # The table file has one section for each bond type.
 KEYWORDS = ("CHAIN", "FAR")
 
-# If a chain breaks, some bonds become much longer than all others. A second table covers these
-# lengths. The first table, which is steep at short lengths, can then remain narrow. A bond switches
-# to the far table at the length FAR_OUT, and back at the shorter length FAR_BACK. The two tables
-# overlap between these lengths.
+# If a chain breaks, some bonds become much longer than all others. A second table for these lengths
+# keeps the first table narrow, which is steep at short lengths. A bond switches to the far table at
+# the length FAR_OUT, and back at the shorter length FAR_BACK. The two tables overlap between these
+# lengths.
 FAR_OUT = 2.1
 FAR_BACK = 1.9
 NEAR_END = FAR_OUT + 0.25

@@ -73,7 +73,7 @@ class RunCommands:
 
     def named(self, *names: str) -> tuple[dict[Path, list[CommandWords]], bool]:
         """
-        Return the commands with some names by file, and whether they come from logs.
+        Return the commands with given names, by file, and whether they come from logs.
 
         The commands come from logs if a log has them, else from all scripts. A log contains the
         values of variables. A file of the screen output begins like a log but contains no commands.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _FRAMES_PER_SECOND = 25
 # Largest number of frames, which last an hour when they are shown.
 _MOST_FRAMES = 90_000
-# Most particles in a chain with coiled springs, and longest bond that is drawn. Longer bonds have
+# Largest number of particles with coiled springs, and longest bond that is drawn. Longer bonds have
 # broken or are about to break.
 _MOST_COILED, _LONGEST_DRAWN = 60, 3.0
 

@@ -1,8 +1,7 @@
 """
 Fit powers of the time step to a quantity, to find its order, or a bound from several orders.
 
-The runs form a ladder: each rung has several runs at nearly equal time steps, and time steps
-decrease from rung to rung.
+The package defines ladders and rungs.
 """
 
 from dataclasses import dataclass, replace

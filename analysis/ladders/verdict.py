@@ -1,8 +1,7 @@
 """
 Classify how a quantity depends on the time step: regular, irregular or noise.
 
-The runs form a ladder: each rung has several runs at nearly equal time steps, and time steps
-decrease from rung to rung.
+The package defines ladders and rungs.
 """
 
 from dataclasses import dataclass

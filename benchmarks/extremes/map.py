@@ -5,8 +5,7 @@ Map of the extremes: is every result right, or refused with a clear message?
         [--picture docs/images/extremes_map.png]
 
 A cell is a combination of potential, speed, number of particles and engine. Finished cells are
-written to FOLDER/cells.jsonl, one per line. After an interruption, the same command continues. A
-results store is not used, because it stores neither results of judges nor time-outs.
+written to FOLDER/cells.jsonl, one per line. After an interruption, the same command continues.
 
 In each cell eta is computed to 1e-6 within 60 s of processor time; the limit is 300 s from 1000
 particles on, and 1800 s from 10000 on. These rules give the verdict:

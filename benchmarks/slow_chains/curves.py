@@ -7,7 +7,7 @@ Adds the missing values of y to ``analysis/slow_chains/curves.csv``. For bonds o
 order 3 and 4, the table has the two deepest minima at each y, the wave of each minimum, and the
 error of each minimum due to the grids. An interrupted run can be repeated and keeps the finished
 points. ``--check`` computes points between the points of the table, and prints the interpolation
-error. There are no random numbers.
+error.
 """
 
 import argparse

@@ -7,7 +7,7 @@ The fits use the minima of ``spectral.csv``, whose fronts start from a step, and
 those of ``modulated.csv``. The deepest minimum oscillates with y, because it changes from wave to
 wave. The minimum of a polynomial through the losses of neighbouring waves does not oscillate and is
 used instead. The form of the approach is not derived. Forms in y and in t = (y/2)^(3/2)/3 are
-fitted. There are no random numbers.
+fitted.
 """
 
 from itertools import product

@@ -16,7 +16,7 @@ In units of the equation u_t + 6 u u_x + u_xxx = 0 the train of a step is
 with the complete integral K(m), and m(x, t) from :math:`\partial \Phi/\partial m = 0`. The train of
 Gurevich and Pitaevskii has I = 0. The term I is the phase of Egorova and others (Nonlinearity 26,
 1839, 2013). Its argument is the jump of the step's reflection coefficient at the wave number i k.
-The constants were checked with the front of `spectral`. There are no random numbers.
+The constants were checked with the front of `spectral`.
 """
 
 import argparse
@@ -34,8 +34,8 @@ HEADER = ["variable", "spacing", "place", "loss"]
 VARIABLES = [60.0, 100.0, 120.0, 160.0, 240.0, 320.0]
 # Spacings in widths of the leading soliton, and time steps times the rate of the steepest front.
 _GRIDS = ((0.36, 1.25), (0.3, 1.0))
-# Lengths of the grid: fraction and largest length of the train that is kept, and lengths behind it
-# and ahead in widths of the linear front.
+# Fraction and largest length of the train that is kept, and lengths behind and ahead, in widths of
+# the linear front.
 _REAR, _LONGEST_REAR, _BEHIND, _AHEAD = 0.3, 18.0, 12.0, 13.0
 # Number of minima of the table for each y and grid.
 _MINIMA = 6

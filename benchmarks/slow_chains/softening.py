@@ -5,7 +5,7 @@ Compare chains whose bonds soften in compression with the curve at negative y.
 
 Prints n^(2/3) (1 - eta) for Toda bonds with compression and stretch exchanged, and for the bond ln
 cosh s = s^2/2 - s^4/12 + ... Results are means over lengths within 5 %, standard errors, and
-theory. There are no random numbers.
+theory.
 """
 
 import argparse

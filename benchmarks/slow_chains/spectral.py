@@ -9,7 +9,7 @@ in ``analysis/slow_chains/curves.csv``. This method shares no code with the fini
 
 The front depends on y and the time T only through y T^(2/3). A step is therefore integrated on a
 fine grid to y = `_FIRST`, and the rescaled front is the start of the steeper problem. On the way
-back the grid moves with the front. There are no random numbers.
+back the grid moves with the front.
 """
 
 import argparse
