@@ -16,8 +16,8 @@ from chaincor.lammps_inputs.scene_parts.rules import SHORTEST_TIMESTEP, VERLET_S
 from chaincor.lammps_inputs.script_plan import (
     NO_WISHES,
     EndTimes,
+    ExpectedEnd,
     JobWishes,
-    ScoutedEnd,
     ScriptedSteps,
     ScriptPlan,
 )
@@ -152,7 +152,7 @@ def _plan_values(
 
 
 def _end_values(
-    scouted: ScoutedEnd | None, times: EndTimes, values: dict[str, Any], time: float
+    scouted: ExpectedEnd | None, times: EndTimes, values: dict[str, Any], time: float
 ) -> dict[str, Any]:
     """Return the template values of the end; at another velocity, the script detects the end."""
     last = number(time * (0.0 if scouted is None else scouted.last_contact_time))

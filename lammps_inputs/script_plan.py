@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 
 @dataclass(frozen=True)
-class ScoutedEnd:
+class ExpectedEnd:
     """End of a collision in a pilot run. The script repeats this collision."""
 
     last_contact_time: float  #: Time from the first contact to the last.
@@ -74,7 +74,7 @@ class ScriptPlan:
     numerics: Numerics  #: Wall, scheme and step.
     table: BondTable | None  #: Table of the bonds; None for LAMMPS's own harmonic bond.
     #: End of the same collision in a pilot run, or None. The script does not end earlier.
-    end: ScoutedEnd | None = None
+    end: ExpectedEnd | None = None
     #: Data for the error bar, which requires further runs; None for a script without error bar.
     bar: ScriptedBar | None = None
     #: Tolerance for which the numerics were chosen, printed in the heading.

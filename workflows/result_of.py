@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import BoundedRun
-from chaincor.workflows.accuracy.solvers import ADAPTIVE_STEPS, solver_behind
+from chaincor.workflows.accuracy.solvers import ADAPTIVE_STEPS, solver_of_outcome
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import modal
 from chaincor.workflows.engines.replay import Replay
@@ -50,7 +50,7 @@ def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:
     if numerics is None and outcome.timestep is not None:
         scheme = cast(StepSchemeName, outcome.scheme)
         numerics = Numerics(scheme=scheme, timestep=outcome.timestep)
-    solver = solver_behind(outcome.engine, outcome.scheme)
+    solver = solver_of_outcome(outcome.engine, outcome.scheme)
     if solver is ADAPTIVE_STEPS and "choice" in found:
         accuracy = found["choice"]["tries"][-1]["accuracy"]
     return Replay(scene, solver, numerics, accuracy)

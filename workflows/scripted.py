@@ -27,7 +27,7 @@ from chaincor.workflows.accuracy.bounded_run import (
     table_error_of,
 )
 from chaincor.workflows.accuracy.by_lammps import COARSER, SCRIPTED_SCHEMES, LammpsSearch
-from chaincor.workflows.accuracy.pilot_run import PilotRun, usual_pilot_run, watched_on
+from chaincor.workflows.accuracy.pilot_run import PilotRun, pilot_from_run, usual_pilot_run
 from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.accuracy.solve import target_error_of
 from chaincor.workflows.accuracy.step_guess import effective_order
@@ -36,7 +36,7 @@ from chaincor.workflows.accuracy.table_rows import rows_error
 from chaincor.workflows.engines.end_watch import longest_collision
 from chaincor.workflows.engines.ending import sound_round_trip
 from chaincor.workflows.engines.lammps.engine import guess_bond_range
-from chaincor.workflows.engines.lammps.kept_script import flown_on
+from chaincor.workflows.engines.lammps.kept_script import time_after_last_contact
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_of_steps
 from chaincor.workflows.errors import ToleranceError
@@ -84,18 +84,18 @@ def plan_script(
     planned, target_error, sensitivity = plan(scene), 0.0, 0.0
     asked, numerics = scene.asked_tolerance, planned.numerics
     if asked is None:
-        pilot = usual_pilot_run(scene.problem, flown_on(scene.problem))
+        pilot = usual_pilot_run(scene.problem, time_after_last_contact(scene.problem))
     else:
         target_error, sensitivity = target_error_of(planned)
         search = LammpsSearch(
             scene.problem, target_error, sensitivity, SCRIPTED_SCHEMES, planned.files
         )
         numerics = replace(search.numerics, bond_range=None)
-        pilot = watched_on(search.pilot.reference, flown_on(scene.problem))
+        pilot = pilot_from_run(search.pilot.reference, time_after_last_contact(scene.problem))
     assert numerics is not None
     doubt = None if pilot is None else _doubt(scene, pilot, sensitivity)
     if pilot is not None and doubt is not None:
-        pilot = watched_on(pilot.reference, _flown_on_at_most(scene, pilot))
+        pilot = pilot_from_run(pilot.reference, _flown_on_at_most(scene, pilot))
     table = _tabulate(scene, numerics, pilot, table_range, shared=shared_table)
     bar = None
     if pilot is not None and (scene.error or asked is not None):
@@ -167,7 +167,7 @@ def _flown_on_at_most(scene: Scene, pilot: PilotRun) -> float:
     last = pilot.end.last_contact_time
     span, stiffness = scene.problem.longest_body, scene.problem.slow_stiffness
     longest = longest_collision(span, stiffness, max(last, sound_round_trip(span, stiffness)))
-    return flown_on(scene.problem) + min(_LATER * last, longest - last)
+    return time_after_last_contact(scene.problem) + min(_LATER * last, longest - last)
 
 
 def _refuse_range(scene: Scene, table_range: tuple[float, float]) -> None:

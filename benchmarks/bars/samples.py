@@ -15,7 +15,7 @@ from chaincor.workflows.accuracy.bounded_run import PROOF_STEPS, differences, ta
 from chaincor.workflows.accuracy.by_reference import (
     converge,
 )
-from chaincor.workflows.accuracy.pilot_run import watched_on
+from chaincor.workflows.accuracy.pilot_run import pilot_from_run
 from chaincor.workflows.accuracy.reference_runs import (
     ConvergedRun,
     find_rounding_sensitivity,
@@ -85,7 +85,7 @@ def proof_share(random: Random, count: int) -> Samples:
             numerics = draw_numerics(random, scene, wall)
             try:
                 reference_value = find_reference(scene)
-                bonds = watched_on(reference_value).table_range()
+                bonds = pilot_from_run(reference_value).table_range()
                 steps = [share * numerics.timestep for share in (1.0, *PROOF_STEPS)]
                 runs = lammps.run_at_steps(
                     scene.problem, replace(numerics, bond_range=bonds), steps
@@ -139,7 +139,7 @@ def table_sensitivity(random: Random, count: int) -> Samples:
             )
             try:
                 reference_value = find_reference(scene)
-                bonds = watched_on(reference_value).table_range()
+                bonds = pilot_from_run(reference_value).table_range()
                 numerics = replace(numerics, bond_range=bonds)
                 rough = lammps.run(scene.problem, replace(numerics, table_points=rows))
             except RunError:
@@ -257,7 +257,7 @@ def array_sensitivity(random: Random, count: int) -> Samples:
         scene = draw_scene(random, most=100, potentials=("lj", "toda", "harmonic"))
         try:
             reference_value = find_reference(scene)
-            bonds = watched_on(reference_value).table_range()
+            bonds = pilot_from_run(reference_value).table_range()
             step = guess_step(scene.problem, "order8", 1e-12)
             run = lammps.run(
                 scene.problem, Numerics(scheme="order8", timestep=step, bond_range=bonds)
@@ -285,7 +285,7 @@ def unseen_stretch(random: Random, count: int) -> Samples:
         scene = draw_scene(random, potentials=("lj", "toda", "log"))
         try:
             reference_value = find_reference(scene)
-            low, high = watched_on(reference_value).table_range()
+            low, high = pilot_from_run(reference_value).table_range()
             numerics = Numerics(timestep=guess_step(scene.problem, "order6", 1e-6))
             run = lammps.run(
                 scene.problem, replace(numerics, bond_range=(low, 1.0 + 1.5 * (high - 1.0)))

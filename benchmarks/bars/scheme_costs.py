@@ -13,11 +13,11 @@ from benchmarks.bars.samples import Random, draw_scene
 from chaincor.workflows.accuracy.by_lammps import (
     LAMMPS_SCHEMES,
     choose_numerics,
-    serves_in_lammps,
+    is_supported_by_lammps,
 )
 from chaincor.workflows.accuracy.by_reference import converge
 from chaincor.workflows.accuracy.cost_model import shipped_cost_model
-from chaincor.workflows.accuracy.pilot_run import watched_on
+from chaincor.workflows.accuracy.pilot_run import pilot_from_run
 from chaincor.workflows.accuracy.reference_runs import find_step, run_reference
 from chaincor.workflows.accuracy.step_guess import guess_step
 from chaincor.workflows.accuracy.step_proof import COARSER, usual_share
@@ -37,11 +37,11 @@ def lammps_costs(random: Random, target_error: float) -> dict[str, float]:
     """Return the time of each scheme in LAMMPS for a target error, in a random scene."""
     scene = draw_scene(random, most=300)
     reference_value = converge(scene.problem, 0.03 * target_error)
-    scouting = watched_on(reference_value)
+    scouting = pilot_from_run(reference_value)
     model = shipped_cost_model()
     numerics = {}
     for scheme in LAMMPS_SCHEMES:
-        if not serves_in_lammps(scene.problem, scheme, target_error):
+        if not is_supported_by_lammps(scene.problem, scheme, target_error):
             continue
         try:
             numerics[scheme] = choose_numerics(

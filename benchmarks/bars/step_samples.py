@@ -6,7 +6,7 @@ from benchmarks.bars.samples import Random, Samples, draw_scene, find_reference
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
-from chaincor.workflows.accuracy.pilot_run import watched_on
+from chaincor.workflows.accuracy.pilot_run import pilot_from_run
 from chaincor.workflows.accuracy.reference_runs import run_reference
 from chaincor.workflows.accuracy.step_guess import USUAL_STEPS, frequency_ratio
 from chaincor.workflows.engines.compositions import COMPOSITIONS
@@ -25,7 +25,7 @@ def _error(scene: Scene, scheme: StepSchemeName, reference_value: float) -> floa
 def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
     """Return the largest error in LAMMPS at some fractions of each scheme's usual step."""
     reference_value = find_reference(scene)
-    bonds = watched_on(reference_value).table_range()
+    bonds = pilot_from_run(reference_value).table_range()
     worst = {}
     for scheme in COMPOSITIONS.values():
         steps = [

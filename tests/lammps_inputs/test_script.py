@@ -16,8 +16,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import render_job, render_setup
 from chaincor.lammps_inputs.script_plan import (
     EndTimes,
+    ExpectedEnd,
     JobWishes,
-    ScoutedEnd,
     ScriptedBar,
     ScriptedSteps,
     ScriptPlan,
@@ -26,7 +26,7 @@ from chaincor.lammps_inputs.script_plan import (
 GOLDEN = Path(__file__).parents[1] / "golden"
 # Values that do not come from elsewhere in the program: the text alone is under test here.
 TIMES = EndTimes(quiet=22.0, cap=300.0, look=2.0)
-END = ScoutedEnd(last_contact_time=18.25, contacts=9, ending="proved")
+END = ExpectedEnd(last_contact_time=18.25, contacts=9, ending="proved")
 BONDS = {
     "harmonic": ({"potential": "harmonic", "velocity": 0.1}, None),
     "lj-spline": ({"potential": "lj", "velocity": 0.05}, "spline"),

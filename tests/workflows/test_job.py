@@ -19,7 +19,7 @@ from chaincor.workflows.accuracy.pilot_run import usual_pilot_run
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.engines.lammps import engine as lammps
-from chaincor.workflows.engines.lammps.kept_script import flown_on
+from chaincor.workflows.engines.lammps.kept_script import time_after_last_contact
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.grids.grid import write_grid
 from chaincor.workflows.job import write_job
@@ -29,7 +29,7 @@ from tests.lmp import number, run_lmp, unexpected_warnings
 def from_python(scene):
     """Run the same numerics, with the same table, through the engine."""
     numerics = Numerics.from_scene(scene)
-    scouting = usual_pilot_run(scene.problem, flown_on(scene.problem))
+    scouting = usual_pilot_run(scene.problem, time_after_last_contact(scene.problem))
     if scouting is not None:
         numerics = replace(numerics, bond_range=scouting.table_range())
     return lammps.run(scene.problem, numerics)
@@ -121,7 +121,7 @@ def test_a_job_with_a_target_runs_slower_chains_on_request(tmp_path):
     write_job(scene, tmp_path / "job")
     done = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
     slower = scene.replace(velocity=0.03)
-    table = usual_pilot_run(scene.problem, flown_on(scene.problem)).table_range()
+    table = usual_pilot_run(scene.problem, time_after_last_contact(scene.problem)).table_range()
     outcome = lammps.run(slower.problem, replace(Numerics.from_scene(slower), bond_range=table))
     # The table of the job is made for bonds that are watched a little longer.
     eta = outcome.eta
@@ -294,7 +294,7 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     assert done.returncode == 0, done.stdout[-2000:]
     assert "ending = silence alone: no reference run was made at this velocity" in done.stdout
     # The table is that of the job.
-    scouting = usual_pilot_run(scene.problem, flown_on(scene.problem))
+    scouting = usual_pilot_run(scene.problem, time_after_last_contact(scene.problem))
     numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range())
     outcome = lammps.run(slower.problem, numerics)
     eta = restitution(outcome.velocities, slower.impact_velocity)

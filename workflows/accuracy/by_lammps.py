@@ -28,9 +28,9 @@ from chaincor.workflows.accuracy.refining import (
     Attempt,
     Policy,
     by_order,
+    completed_attempts,
     refine,
     steps_record,
-    that_ran,
 )
 from chaincor.workflows.accuracy.solvers import LAMMPS, solver_of
 from chaincor.workflows.accuracy.step_guess import (
@@ -203,7 +203,7 @@ def solve_with_lammps(
     chosen = time.perf_counter() - started
     search.numerics = search.within_time(search.numerics)
     policy = Policy(_MOST_REFINEMENTS, retried=_CURED_BY_STEPS)
-    ran = that_ran(refine(search.numerics.timestep, search.attempt, policy))
+    ran = completed_attempts(refine(search.numerics.timestep, search.attempt, policy))
     error, runs = ran[-1].error, ran[-1].found
     assert runs is not None
     fine, coarse = runs
@@ -300,7 +300,9 @@ def usual_schemes(
 ) -> list[StepSchemeName]:
     """Return the schemes that LAMMPS can use for a tolerance, the usually cheapest one first."""
     serving = [
-        scheme for scheme in schemes if serves_in_lammps(problem, scheme, tolerance, sensitivity)
+        scheme
+        for scheme in schemes
+        if is_supported_by_lammps(problem, scheme, tolerance, sensitivity)
     ]
     table = measured("lammps_schemes")
     usual = [name for name in serving if tolerance > table.get(name, math.inf)]
@@ -311,7 +313,7 @@ def usual_schemes(
     return [first, *(name for name in others if name != first)]
 
 
-def serves_in_lammps(
+def is_supported_by_lammps(
     problem: Problem, scheme: StepSchemeName, tolerance: float, sensitivity: float = 0.0
 ) -> bool:
     """

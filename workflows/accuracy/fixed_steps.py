@@ -20,7 +20,12 @@ from chaincor.workflows.accuracy.reference_runs import (
 )
 from chaincor.workflows.accuracy.refining import Attempt, Policy, by_order, refine
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, effective_order, guess_step
-from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, telling_step, usual_share
+from chaincor.workflows.accuracy.step_proof import (
+    COARSER,
+    distinguishing_step,
+    proved_error,
+    usual_share,
+)
 from chaincor.workflows.engines.ending import sound_round_trip
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_error, rounding_matters
@@ -82,18 +87,18 @@ def solve_with_fixed_steps(
     :func:`chaincor.workflows.accuracy.by_reference.solve_with_reference`.
     """
     scheme = plain_scheme(problem, target_error, sensitivity)
-    found = _meet_with_scheme(problem, target_error, scheme, sensitivity, followed)
+    found = _solve_with_scheme(problem, target_error, scheme, sensitivity, followed)
     assert found.bar.step is not None
     reachable = max(target_error, rounding_error("reference", problem))
     if scheme != _PLAINEST and found.bar.rounding > reachable >= found.bar.step:
-        plainest = _meet_with_scheme(
+        plainest = _solve_with_scheme(
             problem, target_error, _PLAINEST, found.rounding_sensitivity, followed
         )
         return min(found, plainest, key=lambda each: each.error)
     return found
 
 
-def _meet_with_scheme(
+def _solve_with_scheme(
     problem: Problem,
     target_error: float,
     scheme: StepSchemeName,
@@ -212,7 +217,7 @@ class _Search:
         last, self.last = self.last, None
         fine = run_reference(problem, scheme, step, self.known)
         self.known = self.known or fine
-        telling = telling_step(scheme, step, fine.lasted)
+        telling = distinguishing_step(scheme, step, fine.lasted)
         if telling < step:
             return Attempt(step, math.inf, following=telling, anew=True)
         proofs = self._proofs(fine, last)

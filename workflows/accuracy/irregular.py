@@ -19,7 +19,7 @@ from chaincor.workflows.accuracy.step_guess import (
     frequency_ratio,
     guess_step,
 )
-from chaincor.workflows.accuracy.step_proof import telling_step
+from chaincor.workflows.accuracy.step_proof import distinguishing_step
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.kernels import kernels_for
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -49,7 +49,7 @@ _RESERVE = 1.2
 _FIRST_STEP = 0.0125
 
 
-def meets_kinks(problem: Problem) -> bool:
+def reaches_kinks(problem: Problem) -> bool:
     """Return whether bonds pass kinks in a coarse run, or whether the coarse run fails."""
     kinks = problem.bond.kinks
     if not kinks or problem.particles == 1:
@@ -96,7 +96,7 @@ def refine_irregularly(problem: Problem, target_error: float, floor: float) -> C
     pass kinks or if errors follow no higher order. `floor` is the rounding error, below which
     smaller steps do not help. Raises the RunError that stopped the smallest steps.
     """
-    kinked = meets_kinks(problem)
+    kinked = reaches_kinks(problem)
     search = _Search(problem, target_error, floor, "verlet" if kinked else SCHEME, kinked)
     step = first_irregular_step(problem, search.scheme, search.reachable, kinked)
     tries = refine(step, search.attempt, Policy(_MOST_REFINEMENTS, stalls=True))
@@ -123,7 +123,7 @@ class _Search:
         problem, scheme, floor = self.problem, self.scheme, self.floor
         before, self.before = self.before, None
         fine = run_reference(problem, scheme, step)
-        telling = telling_step(scheme, step, fine.lasted)
+        telling = distinguishing_step(scheme, step, fine.lasted)
         if telling < step:
             return Attempt(step, math.inf, following=telling, anew=True)
         proofs = [run_reference(problem, scheme, k * step, fine) for k in COARSER]

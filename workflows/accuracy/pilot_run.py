@@ -5,7 +5,7 @@ from typing import Any
 
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.run_files import NO_FILES, RunFiles
-from chaincor.lammps_inputs.script_plan import ScoutedEnd
+from chaincor.lammps_inputs.script_plan import ExpectedEnd
 from chaincor.workflows.accuracy.bond_range import bonds_from_start, bonds_to_contact
 from chaincor.workflows.accuracy.by_reference import converge, exact_modes
 from chaincor.workflows.accuracy.reference_runs import ConvergedRun
@@ -13,7 +13,7 @@ from chaincor.workflows.accuracy.solvers import EXACT_MODES
 from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.engines.end_watch import look_interval
 from chaincor.workflows.engines.ending import sound_round_trip
-from chaincor.workflows.engines.lammps.kept_script import scouted_end
+from chaincor.workflows.engines.lammps.kept_script import expected_end
 from chaincor.workflows.engines.lammps.lammps_collision import PATIENCE
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
@@ -43,9 +43,9 @@ class PilotRun:
         return self.reference.outcome
 
     @property
-    def end(self) -> ScoutedEnd:
+    def end(self) -> ExpectedEnd:
         """Data about the end of the collision, for a script."""
-        return scouted_end(self.outcome)
+        return expected_end(self.outcome)
 
     def beside(self, run: Outcome) -> dict[str, Any]:
         """
@@ -108,10 +108,10 @@ def pilot_run(
     ends when LAMMPS has checked for the end, or later if frames are taken for longer. Raises
     RunError as :func:`converge` does.
     """
-    return watched_on(converge(problem, target_error), fly_on, files)
+    return pilot_from_run(converge(problem, target_error), fly_on, files)
 
 
-def watched_on(
+def pilot_from_run(
     found: ConvergedRun,
     fly_on: float | None = None,
     files: RunFiles = NO_FILES,
@@ -134,11 +134,11 @@ def usual_pilot_run(
 ) -> PilotRun | None:
     """Return a pilot run for the range of bond lengths; None if no run is possible."""
     if EXACT_MODES.supports(problem):
-        return watched_on(exact_modes(problem), fly_on, files)
+        return pilot_from_run(exact_modes(problem), fly_on, files)
     if frequency_ratio(problem) > _SHARPEST:
         return None
     try:
         found = converge(problem, _SCOUTING_GOAL)
     except RunError:
         return None
-    return watched_on(found, fly_on, files)
+    return pilot_from_run(found, fly_on, files)

@@ -13,10 +13,10 @@ from chaincor.workflows.accuracy.refining import (
     Attempt,
     Policy,
     by_order,
+    completed_attempts,
     has_stalled,
     refine,
     steps_record,
-    that_ran,
 )
 from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, largest_step
 from chaincor.workflows.accuracy.step_proof import difference
@@ -109,7 +109,7 @@ def refined(
     may be anywhere in the range of the last few runs. If another step only changes the rounding
     errors, the run with the smallest step is no better than the first run, whose end may be known.
     """
-    ran = [(each.error, each.found or []) for each in that_ran(tries)]
+    ran = [(each.error, each.found or []) for each in completed_attempts(tries)]
     error, runs = min(ran, key=lambda each: each[0])
     forgets = nudged > 0.0
     stuck = forgets or has_stalled(tries)
@@ -161,7 +161,7 @@ def find_rounding_sensitivity(problem: Problem) -> float:
         return Attempt(step, 0.0, nudged_change(problem, "order8", step, plain), done=True)
 
     step = guess_step(problem, "order8", _GOAL)
-    found = that_ran(refine(step, attempt, Policy(_MOST_HALVINGS)))[-1].found
+    found = completed_attempts(refine(step, attempt, Policy(_MOST_HALVINGS)))[-1].found
     assert found is not None
     return found
 

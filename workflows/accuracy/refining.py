@@ -94,7 +94,7 @@ def has_stalled(tries: Sequence[Attempt[Found]]) -> bool:
     return since == STALLED and tries[-1].refusal is None
 
 
-def that_ran(tries: Sequence[Attempt[Found]]) -> list[Attempt[Found]]:
+def completed_attempts(tries: Sequence[Attempt[Found]]) -> list[Attempt[Found]]:
     """Return the successful attempts; raise the last error if there are none."""
     ran = [each for each in tries if each.refusal is None]
     if not ran:

@@ -299,7 +299,7 @@ def solver_of(problem: Problem, among: Iterable[Solver]) -> Solver:
     raise RunError(reason)
 
 
-def solver_behind(engine: str, scheme: str) -> Solver:
+def solver_of_outcome(engine: str, scheme: str) -> Solver:
     """Return the solver that produced an outcome, from its engine and scheme."""
     own = [solver for solver in SOLVERS if solver.engine == engine]
     by_scheme = {solver.scheme: solver for solver in own}

@@ -67,7 +67,7 @@ def difference(line: Line, e: Any, other: Any, fine_speeds: Any, speeds: Any, ve
     return np.maximum(np.abs(np.square(other) - np.square(e)), by_contacts)
 
 
-def telling_step(scheme: StepSchemeName, step: float, lasted: float) -> float:
+def distinguishing_step(scheme: StepSchemeName, step: float, lasted: float) -> float:
     """Return a step at which runs differ: `step`, or a smaller step for a short collision."""
     if runs_differ(STEP_SCHEMES[scheme].order, lasted / step):
         return step

@@ -121,7 +121,7 @@ def collide_many(
             if not is_warm(plan(group.scene)):
                 alone += zip(group.places, group, strict=True)
                 continue
-            for k, sample in enumerate(_met_together(group, workers)):
+            for k, sample in enumerate(_collide_group(group, workers)):
                 if sample is None:
                     alone.append((group.places[k], group[k]))
                 else:
@@ -141,7 +141,7 @@ def collide_many(
     )
 
 
-def _met_together(group: Group, workers: int) -> Iterator[Sample | None]:
+def _collide_group(group: Group, workers: int) -> Iterator[Sample | None]:
     """Compute a group in compiled loops; yield each sample, or None if it must run alone."""
     tolerance = group.scene.asked_tolerance
     assert tolerance is not None

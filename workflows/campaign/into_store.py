@@ -27,7 +27,7 @@ from chaincor.workflows.campaign.points import Point, scene_of
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import PointProgress, progress_bar
 from chaincor.workflows.campaign.tasks import (
-    facts_of,
+    request_facts,
     requests_of,
     tasks_of,
     tightest,
@@ -171,7 +171,9 @@ class IntoStore:
         while True:
             while len(preparing) < most and (points := next(self._windows, None)):
                 groups = (points[k : k + _DESCRIBED] for k in range(0, len(points), _DESCRIBED))
-                preparing.append((points, [executor.submit(facts_of, each) for each in groups]))
+                preparing.append(
+                    (points, [executor.submit(request_facts, each) for each in groups])
+                )
             if not preparing:
                 return
             points, futures = preparing[0]

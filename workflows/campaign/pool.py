@@ -113,7 +113,7 @@ class _Worker:
         try:
             self._pipe.send_bytes(task)
         except ConnectionError:
-            raise WorkerDiedError(self._obituary()) from None
+            raise WorkerDiedError(self._exit_message()) from None
         value, error = self._receive()
         if error is not None:
             raise error
@@ -127,9 +127,9 @@ class _Worker:
                 return self._pipe.recv()
         except (EOFError, OSError):  # an incomplete answer raises an OSError
             pass
-        raise WorkerDiedError(self._obituary())
+        raise WorkerDiedError(self._exit_message())
 
-    def _obituary(self) -> str:
+    def _exit_message(self) -> str:
         self._process.join()
         status = self._process.exitcode or 0
         if status >= 0:

@@ -21,7 +21,7 @@ _REFRESH_SECONDS = 0.25
 _LINE_SECONDS = 60.0
 
 
-class LineAMinute:
+class LineEveryMinute:
     """Writer of one progress line per minute to standard error, for logs."""
 
     def __init__(self, seconds: float = _LINE_SECONDS) -> None:
@@ -40,7 +40,7 @@ class LineAMinute:
 
 @contextlib.contextmanager
 def _bar_or_line(
-    line: LineAMinute,
+    line: LineEveryMinute,
     columns: Callable[[Any], Sequence[Any]],
     first: str = "",
     auto_refresh: bool = True,
@@ -77,7 +77,7 @@ def study_progress() -> Iterator[Callable[[str, float], None]]:
     The yielded function takes the name of the current part and the finished fraction.
     """
     with _bar_or_line(
-        LineAMinute(),
+        LineEveryMinute(),
         lambda rich: (
             rich.TextColumn("{task.description:<16}"),
             rich.BarColumn(),
@@ -95,7 +95,7 @@ def reading_progress(file: Path) -> Iterator[Callable[[int], None] | None]:
         yield None
         return
     with _bar_or_line(
-        LineAMinute(),
+        LineEveryMinute(),
         lambda rich: (
             rich.TextColumn("reading {task.description}"),
             rich.BarColumn(),
@@ -145,7 +145,7 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[PointPro
         yield advance
         return
     with _bar_or_line(
-        LineAMinute(),
+        LineEveryMinute(),
         lambda rich: (
             rich.TextColumn("{task.description}"),
             rich.BarColumn(),
@@ -198,7 +198,7 @@ def show_elapsed(expected: float, *, at_least: bool = False) -> Iterator[None]:
 
 
 def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
-    started, line, compiled = time.monotonic(), LineAMinute(), 0.0
+    started, line, compiled = time.monotonic(), LineEveryMinute(), 0.0
     if done.wait(_QUIET_SECONDS):
         return
     with _bar_or_line(

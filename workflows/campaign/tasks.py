@@ -39,10 +39,10 @@ def requests_of(
     Raise SceneError if a point has no valid scene, or if a scene for a store has no key.
     """
     given = list(scenes)
-    return with_facts(given, facts_of(given, stored=stored, plans=plans))
+    return with_facts(given, request_facts(given, stored=stored, plans=plans))
 
 
-def facts_of(
+def request_facts(
     scenes: Sequence[Scene | Point],
     *,
     stored: bool = True,
@@ -66,7 +66,7 @@ def facts_of(
 
 
 def with_facts(scenes: Sequence[Scene | Point], facts: Iterable[Facts]) -> list[CollisionRequest]:
-    """Return requests for collisions from scenes and the result of :func:`facts_of`."""
+    """Return requests for collisions from scenes and the result of :func:`request_facts`."""
     both = enumerate(zip(scenes, facts, strict=True))
     return [CollisionRequest(place, scene, *known) for place, (scene, known) in both]
 

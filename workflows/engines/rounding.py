@@ -50,13 +50,13 @@ def rounding_error(engine: str, problem: Problem, stage: float | None = None) ->
     n = problem.all_particles
     # A displacement is about v0 times the time of a vibration.
     v0 = problem.impact_velocity / problem.slow_stiffness**0.5
-    arithmetic = arithmetic_error(n, heat_of(problem))
+    arithmetic = arithmetic_error(n, energy_ratio(problem))
     if engine != "lammps":
         return arithmetic
     grain = n * sys.float_info.epsilon
     short = stage is not None and v0 * stage < SHORT_DRIFT * grain
     share = SHORT_DRIFT_ROUNDING if short else COORDINATE_ROUNDING
-    return arithmetic + share * grain / v0 * heat_of(problem) ** 0.5
+    return arithmetic + share * grain / v0 * energy_ratio(problem) ** 0.5
 
 
 def rounding_matters(engine: str, problem: Problem, target_error: float) -> bool:
@@ -65,11 +65,11 @@ def rounding_matters(engine: str, problem: Problem, target_error: float) -> bool
 
 
 def arithmetic_error(particles: int, heat: Any) -> Any:
-    """Return the arithmetic rounding error of eta; `heat`, from `heat_of`, may be an array."""
+    """Return the arithmetic rounding error of eta; `heat`, from `energy_ratio`, may be an array."""
     return ARITHMETIC_FLOOR * particles * heat
 
 
-def heat_of(problem: Problem) -> float:
+def energy_ratio(problem: Problem) -> float:
     """
     Return the ratio of the initial energy of two bodies to their relative translational energy.
 

@@ -124,7 +124,7 @@ def run_lammps(
             return LammpsTable(lengths, energies, forces, *warned)
         lengths = np.linspace(*span, points)
         unit = 2.0 * np.pi / period
-        return LammpsTable(lengths, *_felt(folder, kind, lengths * unit, unit), *warned)
+        return LammpsTable(lengths, *_angular_response(folder, kind, lengths * unit, unit), *warned)
 
 
 def _error_of(said: str, status: int) -> str:
@@ -168,7 +168,9 @@ def _atoms_at(kind: TableKind, angles: Array) -> str:
     return "\n".join(text) + "\n"
 
 
-def _felt(folder: Path, kind: TableKind, angles: Array, unit: float) -> tuple[Array, Array]:
+def _angular_response(
+    folder: Path, kind: TableKind, angles: Array, unit: float
+) -> tuple[Array, Array]:
     """Return energies, and forces along the angle, which follow from forces on the rotated atom."""
     many = 3 if kind == "angle" else 4
     atoms = np.loadtxt(folder / "out.force", skiprows=9, ndmin=2)[:, 1:].reshape(-1, many, 4)

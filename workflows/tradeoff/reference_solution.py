@@ -8,7 +8,7 @@ from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_reference import MODAL_ERROR, converge
-from chaincor.workflows.accuracy.pilot_run import PilotRun, watched_on
+from chaincor.workflows.accuracy.pilot_run import PilotRun, pilot_from_run
 from chaincor.workflows.accuracy.reference_runs import ConvergedRun
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import modal
@@ -92,7 +92,7 @@ def find_reference(scene: Scene) -> ReferenceSolution:
         mode_energies=_modes(scene, outcome),
         mode_energies_error=rounding,
         contacts=len(outcome.contact_times),
-        scouting=watched_on(found),
+        scouting=pilot_from_run(found),
         source=source,
     )
     spread = bare.deviation(found.proofs[-1])

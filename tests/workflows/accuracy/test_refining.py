@@ -9,10 +9,10 @@ from chaincor.workflows.accuracy.refining import (
     Attempt,
     Policy,
     by_order,
+    completed_attempts,
     has_stalled,
     refine,
     steps_record,
-    that_ran,
 )
 from chaincor.workflows.errors import BarrierError, CostError, TimestepError
 
@@ -71,7 +71,7 @@ def test_what_a_smaller_step_cures_is_retried():
     tries = refine(1.0, trying(failure, failure, 1e-9, enough=1e-6), Policy(10, refused=0.25))
     assert [each.step for each in tries] == [1.0, 0.25, 0.0625]
     assert errors(tries) == [math.inf, math.inf, 1e-9]
-    assert [each.step for each in that_ran(tries)] == [0.0625]
+    assert [each.step for each in completed_attempts(tries)] == [0.0625]
 
 
 def test_a_refusal_is_believed_when_four_steps_agree():
@@ -79,7 +79,7 @@ def test_a_refusal_is_believed_when_four_steps_agree():
     with pytest.raises(BarrierError):
         refine(1.0, trying(large, *[barrier] * 4), Policy(10))
     with pytest.raises(TimestepError):
-        that_ran(refine(1.0, trying(*[large] * 6), Policy(6)))
+        completed_attempts(refine(1.0, trying(*[large] * 6), Policy(6)))
     tries = refine(1.0, trying(*[barrier] * 5), Policy(5, believed=False))
     assert [each.refusal for each in tries] == [barrier] * 5
 

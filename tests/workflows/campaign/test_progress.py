@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.plan import plan
 from chaincor.workflows.campaign import progress
 from chaincor.workflows.campaign.progress import show_elapsed
-from chaincor.workflows.engines.reference.loops.processes import COMPILING, a_loop_is_compiled
+from chaincor.workflows.engines.reference.loops.processes import COMPILING, compiling_loop
 
 
 def test_a_long_run_shows_how_long_it_takes(capsys, monkeypatch):
@@ -32,7 +32,7 @@ def test_a_first_run_says_that_it_compiles(capsys, monkeypatch):
     monkeypatch.setattr(progress, "_QUIET_SECONDS", 0.0)
     shown = ""
     deadline = time.monotonic() + 60.0
-    with a_loop_is_compiled(), show_elapsed(0.01):
+    with compiling_loop(), show_elapsed(0.01):
         while "compiling loops" not in shown and time.monotonic() < deadline:
             time.sleep(0.05)
             shown += capsys.readouterr().err
@@ -69,17 +69,17 @@ def test_nothing_is_shown_elsewhere(capsys, monkeypatch):
 
 
 def test_elsewhere_it_writes_a_line_a_minute(capsys):
-    line = progress.LineAMinute(seconds=0.0)
+    line = progress.LineEveryMinute(seconds=0.0)
     line.tell("3 of 4 done")
     assert capsys.readouterr().err.startswith("chaincor: 3 of 4 done after ")
-    line = progress.LineAMinute()
+    line = progress.LineEveryMinute()
     line.tell("3 of 4 done")
     assert capsys.readouterr().err == ""
 
 
 def test_a_sweep_tells_a_log_how_far_it_is(capsys, monkeypatch):
     monkeypatch.delenv("FORCE_COLOR", raising=False)
-    monkeypatch.setattr(progress, "LineAMinute", partial(progress.LineAMinute, seconds=0.0))
+    monkeypatch.setattr(progress, "LineEveryMinute", partial(progress.LineEveryMinute, seconds=0.0))
     with progress.progress_bar(True, points=4, seconds=10.0) as advance:
         advance(2.0, 1)
         advance(3.0, 1)

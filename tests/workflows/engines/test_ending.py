@@ -313,11 +313,11 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
             ending if long or now > longest_collision(scene.particles, 1.0, last_contact) else None
         )
 
-    keeps_off = LookAhead.keeps_off
+    stays_clear = LookAhead.stays_clear
 
     def patiently_off(self, until):
         # What energy alone rules out, from some time on.
-        off, time, evaluations = keeps_off(self, until)
+        off, time, evaluations = stays_clear(self, until)
         run_state = self._moving.run_state
         now, last_contact = run_state.steps * self._stepper.step, float(run_state.last_contact)
         if off and not seen:
@@ -326,7 +326,7 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
         return off and long, time if long else now, evaluations
 
     monkeypatch.setattr(EndWatch, "look_at", patient)
-    monkeypatch.setattr(LookAhead, "keeps_off", patiently_off)
+    monkeypatch.setattr(LookAhead, "stays_clear", patiently_off)
     monkeypatch.setattr(LookAhead, "settle", lambda *_: None)
     step = 0.02 if scene.velocity is None and scene.speed > 2.0 else 0.05
     outcome = stepping.run(scene.problem, Numerics(scheme="order6", timestep=step))

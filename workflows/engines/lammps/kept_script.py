@@ -18,8 +18,8 @@ from chaincor.lammps_inputs.script import (
 from chaincor.lammps_inputs.script_plan import (
     NO_WISHES,
     EndTimes,
+    ExpectedEnd,
     JobWishes,
-    ScoutedEnd,
     ScriptedSteps,
     ScriptPlan,
 )
@@ -76,7 +76,7 @@ def _scripted_steps(problem: Problem, numerics: Numerics, time: float) -> Script
     )
 
 
-def flown_on(problem: Problem) -> float:
+def time_after_last_contact(problem: Problem) -> float:
     """
     Return the time for which a script follows a chain after its last contact.
 
@@ -86,11 +86,11 @@ def flown_on(problem: Problem) -> float:
     return sound_round_trip(span, stiffness) + 2.0 * look_interval(span, stiffness)
 
 
-def scouted_end(outcome: Outcome) -> ScoutedEnd:
+def expected_end(outcome: Outcome) -> ExpectedEnd:
     """Return the data about the end of a collision with which a script repeats the collision."""
     times = outcome.contact_times
     last, kind = float(times[-1]), outcome.ending.kind
-    return ScoutedEnd(last, len(times), kind, outcome.lasted, outcome.bond_min)
+    return ExpectedEnd(last, len(times), kind, outcome.lasted, outcome.bond_min)
 
 
 def kept_files(
@@ -112,7 +112,7 @@ def kept_files(
     while it is unknown.
     """
     files = {}
-    scouted = None if outcome is None else scouted_end(outcome)
+    scouted = None if outcome is None else expected_end(outcome)
     if table is not None:
         bond_range = _range_in_flight(table, outcome)
         if table.far is not None or bond_range != (float(table.lengths[0]), table.longest):
@@ -140,6 +140,6 @@ def _range_in_flight(table: BondTable, outcome: Outcome | None) -> tuple[float, 
     low, high = float(table.lengths[0]), table.longest
     if outcome is None or outcome.problem.longest_body == 1:
         return low, high
-    shortest, longest = bonds_in_flight(outcome, flown_on(outcome.problem))
+    shortest, longest = bonds_in_flight(outcome, time_after_last_contact(outcome.problem))
     # The bond lengths of a coarse run, and of the script, may differ slightly.
     return min(low, 1.0 - _MARGIN * (1.0 - shortest)), max(high, 1.0 + _MARGIN * (longest - 1.0))

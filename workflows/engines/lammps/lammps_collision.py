@@ -77,8 +77,8 @@ class ChainCollision:
         # after which it is late.
         self.patience = PATIENCE / problem.slow_stiffness**0.5
         self.overdue = np.inf
-        # The end was found at the time ended_at; frames are needed until flown_on.
-        self.ended_at, self.flown_on = 0.0, np.inf
+        # The end was found at the time ended_at; frames are needed until time_after_last_contact.
+        self.ended_at, self.time_after_last_contact = 0.0, np.inf
         # doubt is the momentum of late contacts about which nearly equal motions disagree.
         self.doubt = 0.0
 
@@ -95,8 +95,8 @@ class ChainCollision:
         self._approach()
         interval = look_interval(self.problem.longest_body, self.problem.slow_stiffness)
         next_watch = self.flight.time + interval
-        while self.ending is None or self.flight.time < self.flown_on:
-            limit = min(next_watch, self.next_frame, self.overdue, self.flown_on)
+        while self.ending is None or self.flight.time < self.time_after_last_contact:
+            limit = min(next_watch, self.next_frame, self.overdue, self.time_after_last_contact)
             contact = self._advance(limit)
             self._watch_bonds()
             if contact is not None:
@@ -110,7 +110,7 @@ class ChainCollision:
                 if self.flight.contact_events.touching:
                     self.overdue = now + self.patience
                 else:
-                    self._ask_what_comes()
+                    self._predict_next_event()
         if self.frames and self.frames[-1][0] < self.flight.time:
             self._take_frame()
 
@@ -161,7 +161,7 @@ class ChainCollision:
         self.contacts.append(contact)
         self.after_contact = self._state()
         self.shortest, self.longest = self.shortest_seen, self.longest_seen
-        self.ending, self.flown_on = None, np.inf
+        self.ending, self.time_after_last_contact = None, np.inf
         self.overdue = contact.end + self.patience
         if self.frames_at_contacts:
             self._take_frame()
@@ -204,7 +204,7 @@ class ChainCollision:
                 f"energy barrier of its potential at {1.0 + barrier:g}. Lower the speed"
             )
 
-    def _ask_what_comes(self) -> None:
+    def _predict_next_event(self) -> None:
         """Let the reference engine decide whether another contact follows."""
         now, last = self.flight.time, self.contacts[-1].end
         displacements, velocities = self._state()
@@ -225,10 +225,10 @@ class ChainCollision:
             return
         self.ending = next_event.ending.doubted(self.doubt)
         self.ended_at, self.overdue = next_event.time, np.inf
-        self.flown_on = now
+        self.time_after_last_contact = now
         if self.frame_interval is not None or self.frames_at_contacts:
             quiet = sound_round_trip(self.problem.longest_body, self.problem.slow_stiffness)
-            self.flown_on = min(self.ended_at, last + quiet)
+            self.time_after_last_contact = min(self.ended_at, last + quiet)
 
     def _take_frame(self) -> None:
         now = self.flight.time

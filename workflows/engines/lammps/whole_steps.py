@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.reference.compile import LoopCompiler
-from chaincor.workflows.engines.reference.loops.cached_kernels import CachedKernel, tell_address
+from chaincor.workflows.engines.reference.loops.cached_kernels import (
+    CachedKernel,
+    set_symbol_address,
+)
 from chaincor.workflows.engines.schemes import StepScheme
 
 _COMMAND = "lammps_command"
@@ -123,7 +126,7 @@ def whole_step(instance: Any, scheme: StepScheme, particles: int) -> Callable[[]
     the forces at its positions and must have its permanent masses; all particles move along x. The
     caller must check LAMMPS for errors afterwards.
     """
-    tell_address(_COMMAND, instance.lib[_COMMAND])
+    set_symbol_address(_COMMAND, instance.lib[_COMMAND])
     handle, masses = instance.lmp.value, instance.numpy.extract_atom("mass")
     x, v, f = (instance.numpy.extract_atom(name, nelem=particles).reshape(-1) for name in "xvf")
     if not scheme.extrapolated:

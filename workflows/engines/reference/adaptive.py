@@ -33,7 +33,7 @@ from chaincor.workflows.engines.reference.finish import (
     strain_error,
     unfinished_error,
 )
-from chaincor.workflows.engines.reference.line_traits import as_it_is
+from chaincor.workflows.engines.reference.line_traits import unregistered
 from chaincor.workflows.engines.reference.look_ahead import follow
 from chaincor.workflows.errors import RunError, TimestepError
 
@@ -115,7 +115,7 @@ def _bond_loops(bond: Potential) -> BondLoops:
     force = scalar_force(bond)
     if force is None:
         rates = adaptive.array_rates(bond.force)
-        advance, parameters = adaptive.build_flight(rates, as_it_is), bond.parameters
+        advance, parameters = adaptive.build_flight(rates, unregistered), bond.parameters
     else:
         advance = _compile(force.function, keep=force.keep, logarithmic=False)
         parameters = force.parameters

@@ -5,7 +5,7 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.reference.damped_contact import build_mean_force
-from chaincor.workflows.engines.reference.line_traits import PLAIN, LineTraits, as_it_is
+from chaincor.workflows.engines.reference.line_traits import PLAIN, LineTraits, unregistered
 from chaincor.workflows.engines.reference.stages import (
     Parameters,
     State,
@@ -17,7 +17,7 @@ from chaincor.workflows.engines.reference.stages import (
 def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
     """Return the stages in NumPy, for forces that cannot be compiled."""
     drag = kind.law.drag_kernel
-    mean_force = None if drag is None else build_mean_force(drag, as_it_is)
+    mean_force = None if drag is None else build_mean_force(drag, unregistered)
 
     def start(
         old: State,
@@ -96,5 +96,5 @@ def array_stages(bond: Potential, kind: LineTraits = PLAIN) -> VerletKernels:
         low, high = np.min(strain[:bonds], initial=np.inf), np.max(strain[:bonds], initial=-np.inf)
         return float(low), float(high)
 
-    looks = strain_scans(count_outside, extremes, kind, as_it_is)
+    looks = strain_scans(count_outside, extremes, kind, unregistered)
     return VerletKernels(start, stage, drift, copy, mix, *looks)

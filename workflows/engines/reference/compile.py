@@ -115,7 +115,7 @@ class LoopCompiler:
         Register a function of another library, which takes addresses and returns nothing.
 
         Return a function that stands for the foreign function in functions to be compiled. Its
-        address is set by `tell_address`.
+        address is set by `set_symbol_address`.
         """
 
         def foreign(*addresses: int) -> None:
@@ -137,13 +137,13 @@ class LoopCompiler:
         def dispatcher() -> Any:
             from numba import njit
 
-            self._tell_numba()
+            self._hand_to_numba()
             # With other options, the inner functions would be compiled once more.
             return njit(own, forceinline=True, fastmath=set(fastmath), **_OPTIONS)
 
         return CachedKernel(own, dispatcher, self.keep)
 
-    def _tell_numba(self) -> None:
+    def _hand_to_numba(self) -> None:
         from numba.extending import overload, register_jitable
 
         _spare_linear_algebra()

@@ -15,7 +15,12 @@ from chaincor.workflows.engines.reference.compile import (
     LoopCompiler,
     scalar_force,
 )
-from chaincor.workflows.engines.reference.line_traits import PLAIN, KernelSpec, LineTraits, as_it_is
+from chaincor.workflows.engines.reference.line_traits import (
+    PLAIN,
+    KernelSpec,
+    LineTraits,
+    unregistered,
+)
 from chaincor.workflows.engines.reference.motion import build_coarse_steps, build_motion
 from chaincor.workflows.engines.reference.stages import looped_stages
 from chaincor.workflows.engines.schemes import StepScheme
@@ -62,7 +67,7 @@ def _kernels_for(bond: Potential, build_step: Callable, kind: LineTraits) -> Ker
     def first_force(strain: float, _parameters: tuple[float, ...]) -> float:
         return float(bond.force(np.array([strain]))[0])
 
-    made = KernelSpec(first_force, as_it_is, kind), array_stages(bond, kind)
+    made = KernelSpec(first_force, unregistered, kind), array_stages(bond, kind)
     return Kernels(build_motion(*made, build_step), build_coarse_steps(*made), bond.parameters)
 
 

@@ -60,7 +60,7 @@ class LineParameters(NamedTuple):
         return cls(bond, inverse.copy(), gap, line.contact.parameters)
 
 
-def as_it_is(function: Callable, **_options: Any) -> Callable:
+def unregistered(function: Callable, **_options: Any) -> Callable:
     """Return a function unchanged; replaces `LoopCompiler.register` if loops are not compiled."""
     return function
 

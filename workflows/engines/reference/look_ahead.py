@@ -166,7 +166,7 @@ class LookAhead:
         self._not_before = ahead.time
         return None
 
-    def keeps_off(self, until: float) -> tuple[bool, float, int]:
+    def stays_clear(self, until: float) -> tuple[bool, float, int]:
         """
         Return whether the chain never touches the wall again.
 

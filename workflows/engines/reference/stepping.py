@@ -210,7 +210,7 @@ class _Collision:
             end = self.look_ahead.look(self.watch, follow)
             run_state["argue_after"] = self.watch.next_look(now, last) - last
             return end
-        off, seen, evaluations = self.look_ahead.keeps_off(certain)
+        off, seen, evaluations = self.look_ahead.stays_clear(certain)
         if off:
             return End(Ending("proved"), seen, evaluations)
         run_state["evaluations"] = evaluations

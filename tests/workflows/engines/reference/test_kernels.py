@@ -27,7 +27,7 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepCoefficients
 BONDS = [Harmonic(), LennardJones(), Toda(), Logarithmic(), Power(4, 1.0)]
 
 
-def as_it_is(function):
+def unregistered(function):
     return function
 
 
@@ -72,7 +72,7 @@ def test_loops_say_what_arrays_say(bonds):
     # Of the 9 bonds of a chain, all or the first few.
     rng = np.random.default_rng(6)
     bond = LennardJones()
-    loops = looped_stages(KernelSpec(kernel_of(bond).function, as_it_is))
+    loops = looped_stages(KernelSpec(kernel_of(bond).function, unregistered))
     arrays = array_stages(bond)
     old = random_state(rng, 9)
     for name, inputs, arguments in (
@@ -207,7 +207,7 @@ def search_for(path):
     def state_after(time, *_):
         return path(time), slope(time), gap_acceleration(time)
 
-    find = build_contact_search(state_after=state_after, register=as_it_is)
+    find = build_contact_search(state_after=state_after, register=unregistered)
     ends = [(path(t), slope(t), gap_acceleration(t)) for t in (0.0, 1.0)]
     return find(1.0, *ends, new_run_state(), None)
 
@@ -259,7 +259,7 @@ def test_path_that_no_quintic_fits(frequency, offset):
             gap_acceleration,
         )
 
-    find = build_contact_search(state_after=state_after, register=as_it_is)
+    find = build_contact_search(state_after=state_after, register=unregistered)
     time = find(1.0, state_after(0.0), state_after(1.0), new_run_state(), None)
     times = np.linspace(1e-4, 1.0, 100_000)
     below = np.flatnonzero(state_after(times)[0] < 0.0)

@@ -41,7 +41,7 @@ def only_now(self, until):
 def run_without_look_ahead(monkeypatch, scene, numerics, frame_interval=None):
     with monkeypatch.context() as patch:
         patch.setattr(LookAhead, "settle", lambda *_: None)
-        patch.setattr(LookAhead, "keeps_off", only_now)
+        patch.setattr(LookAhead, "stays_clear", only_now)
         return stepping.run(scene.problem, numerics, frame_interval)
 
 

@@ -140,7 +140,7 @@ class Batch:
         while np.any(group.rows.statuses == MOVING):
             self._carry(group, EndBounds.none())
             argued = np.flatnonzero(group.rows.statuses == bookkeeping.ARGUE).tolist()
-            seen, times = self._keep_off(scenes, group, argued), group.times()
+            seen, times = self._stay_clear(scenes, group, argued), group.times()
             for s in argued:
                 if s not in seen:
                     group.rows.statuses[s] = bookkeeping.DONE
@@ -211,11 +211,11 @@ class Batch:
         for s in np.flatnonzero(group.rows.statuses == MOVING).tolist():
             group.rows.statuses[s] = group.chain(s).advance(int(group.rows.target_steps[s]))
 
-    def _keep_off(
+    def _stay_clear(
         self, scenes: Sequence[Problem], group: Chains, argued: Sequence[int]
     ) -> dict[int, tuple[bool, float]]:
         """
-        Take look-ahead runs of many chains, as ``LookAhead.keeps_off`` does for one chain.
+        Take look-ahead runs of many chains, as ``LookAhead.stays_clear`` does for one chain.
 
         Return, for each chain that cannot break, whether it stays off the wall, and the time up to
         which its motion was followed.

@@ -24,7 +24,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.reference.loops.fingerprint import fingerprint
-from chaincor.workflows.engines.reference.loops.processes import a_loop_is_compiled, one_process
+from chaincor.workflows.engines.reference.loops.processes import compiling_loop, one_process
 from chaincor.workflows.engines.time_limit import stopped_at_limit
 
 # These flags of NumPy arrays affect compiled code: contiguous, aligned, writeable.
@@ -46,7 +46,7 @@ class ObjectCode(NamedTuple):
     symbol: str  #: Symbol of the function.
     returns: str  #: Type of the result: ``int64``, ``float64`` or ``none``.
     #: Names of external functions that the loop calls. They are in the mathematical library or
-    #: known from `tell_address`.
+    #: known from `set_symbol_address`.
     needs: list[str]
 
 
@@ -92,7 +92,7 @@ class CachedKernel:
             key = _digest(place, fingerprint(self._function))
             found = _read(path, key)
             if found is None:
-                with a_loop_is_compiled(), one_process(path.parent, path.name):
+                with compiling_loop(), one_process(path.parent, path.name):
                     found = _read(path, key)  # another process may have compiled the loop
                     if found is None:
                         found = self._compile(arguments)
@@ -294,7 +294,7 @@ def _read(path: Path, key: str) -> ObjectCode | None:
     return made if facts["key"] == key and all(map(_is_known, made.needs)) else None
 
 
-def tell_address(name: str, function: Any) -> None:
+def set_symbol_address(name: str, function: Any) -> None:
     """Set the address of a foreign function, before a loop that calls it is compiled or loaded."""
     import llvmlite.binding as llvm
 
@@ -311,7 +311,7 @@ def _is_known(name: str) -> bool:
     # itself is.
     function = getattr(ctypes.CDLL(getattr(math, "__file__", None)), name, None)
     if function is not None:
-        tell_address(name, function)
+        set_symbol_address(name, function)
     return function is not None
 
 

@@ -121,7 +121,7 @@ def compile_in_background(function: Callable, *arguments: Any) -> Iterator[None]
     token = _START.set(start)
     try:
         yield
-        with a_loop_is_compiled() if helpers else nullcontext():
+        with compiling_loop() if helpers else nullcontext():
             for helper in helpers:
                 with suppress(subprocess.TimeoutExpired):
                     helper.wait(_HELPER_TIMEOUT)
@@ -133,7 +133,7 @@ def compile_in_background(function: Callable, *arguments: Any) -> Iterator[None]
 
 
 @contextmanager
-def a_loop_is_compiled() -> Iterator[None]:
+def compiling_loop() -> Iterator[None]:
     """Start the helper process, if one is wanted, and set `COMPILING` within the ``with`` block."""
     start = _START.get()
     if start is not None:

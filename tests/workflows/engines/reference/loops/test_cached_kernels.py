@@ -19,7 +19,10 @@ from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.engines.reference.compile import LoopCompiler
 from chaincor.workflows.engines.reference.kernels import kernels_for
 from chaincor.workflows.engines.reference.loops import processes
-from chaincor.workflows.engines.reference.loops.cached_kernels import CachedKernel, tell_address
+from chaincor.workflows.engines.reference.loops.cached_kernels import (
+    CachedKernel,
+    set_symbol_address,
+)
 from chaincor.workflows.engines.reference.loops.fingerprint import fingerprint, has_print
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from tests.programs import ROOT, python
@@ -193,7 +196,7 @@ def test_functions_of_other_libraries_are_called_by_address(tmp_path, monkeypatc
     listener = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)(
         lambda first, second: reported.append((first, second))
     )
-    tell_address("chaincor_test_listener", listener)
+    set_symbol_address("chaincor_test_listener", listener)
 
     def build_tale(listen):
         def tale(numbers):
