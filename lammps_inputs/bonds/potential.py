@@ -193,7 +193,7 @@ class Potential(ABC):
 
     def distance_at(self, energy: float, side: float, end: float = math.inf) -> float:
         """
-        Return the smallest |strain| at which the bond has a given energy, to the last bit.
+        Return the smallest absolute strain at which U has a given value, to the last bit.
 
         `side` is -1 for compressed bonds and 1 for stretched bonds. Returns `end` if the bond does
         not reach the energy before `end`.
@@ -251,7 +251,7 @@ class Potential(ABC):
         return shortest, min(self._outermost(energy, 1.0, self.strain_max), self.strain_max)
 
     def _outermost(self, energy: float, side: float, end: float) -> float:
-        """Return the approximate |strain| at which U first exceeds an energy, with few calls."""
+        """Return the approximate absolute strain at which U first exceeds an energy."""
         holds = self._holds_at_most(energy, side)
         inner, outer = 0.0, 1e-3 * math.sqrt(2.0 * energy / self.stiffness)
         for _ in range(_GRID):
@@ -270,7 +270,7 @@ class Potential(ABC):
         return outer
 
     def _holds_at_most(self, energy: float, side: float) -> Callable[[Array], NDArray[np.bool_]]:
-        """Return a function that tells for each |strain| whether U is at most `energy`."""
+        """Return a function that tells for absolute strains whether U is at most `energy`."""
 
         def holds(distances: Array) -> NDArray[np.bool_]:
             with np.errstate(all="ignore"):
