@@ -1,7 +1,6 @@
 """Refuse scripts whose timestep cannot be judged, and say what to change."""
 
 import re
-import shlex
 from collections.abc import Iterable
 
 import numpy as np
@@ -21,11 +20,11 @@ _ATOMS = re.compile(r"^Loop time of .* with (\d+) atoms?", re.MULTILINE)
 _RUNS = re.compile(r"\brun\b")
 
 
-def check_steps_of_script(script: ScriptText, command: Iterable[str]) -> None:
+def check_steps_of_script(script: ScriptText, command: str) -> None:
     """
     Raise InputError if a script has no run, or chooses its timestep itself.
 
-    The message contains `command`, the words of the study's command.
+    The message contains `command`, the study's command.
     """
     found = script.commands
     if script.whole and not any(_RUNS.search(each.text) for each in found):
@@ -40,7 +39,7 @@ def check_steps_of_script(script: ScriptText, command: Iterable[str]) -> None:
         raise InputError(
             f"'{' '.join(chooser.words[:4])}' ({chooser}) chooses the timestep, so no ladder can "
             "vary it. Remove this line to judge constant timesteps, then run: "
-            f"{shlex.join(command)}"
+            f"{command}"
         )
 
 

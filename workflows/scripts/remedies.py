@@ -1,7 +1,6 @@
 """Write which quantities could not be judged, and a command that would judge them."""
 
 import math
-import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -98,15 +97,13 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
     if counting is not None and not varied.scale_periods:
         # A period in steps changes with the step, and may affect the result more than the step
         # itself.
-        command = [*study.command, *_given(study), "--scale-periods"]
         said = f"{counting.command} counts steps: to keep its period in time, run"
         said = said[0].upper() + said[1:]
-        return Remedy(f"{said}: {shlex.join(command)}")
+        return Remedy(f"{said}: {study.command.again('--scale-periods')}")
     noisy = [number for number in numbers if not needs_finer(number)]
     if not noisy:
-        command = [*study.command, "--vary", _extended(study, each, numbers)]
-        return Remedy(f"To find one, run: {shlex.join(command)}")
-    command = [*study.command, *_given(study)]
+        command = study.command.again(ladder=_extended(study, each, numbers))
+        return Remedy(f"To find one, run: {command}")
     # The uncertainty decreases as one over the square root of the number of runs, or of their
     # length.
     ratios = [float(np.min(n.verdict.bias)) / (n.tolerance or 1e-300) for n in noisy]
@@ -115,22 +112,25 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
         if not _is_random(study):
             # If no random numbers are drawn, results scatter only because of the steps, so more
             # nearby steps are run.
-            ladder = ["--vary", _extended(study, each, noisy)]
-            return _more_runs(each, [*study.command, *ladder], "--phases", 2 * varied.columns)
-        return _more_runs(each, command, "--seeds", max(2 * varied.columns, 8))
+            ladder = _extended(study, each, noisy)
+            return _more_runs(study, each, ("--phases", 2 * varied.columns), ladder)
+        return _more_runs(study, each, ("--seeds", max(2 * varied.columns, 8)))
     if more * varied.columns <= _MOST_PHASES:
         option = "--seeds" if varied.seeds else "--phases"
-        return _more_runs(each, command, option, math.ceil(more * varied.columns))
+        return _more_runs(study, each, (option, math.ceil(more * varied.columns)))
     factor = "100 times longer or more" if more > _MOST_LONGER else f"{_rounded(more)} times longer"
-    text = f"To judge, make the runs {factor}, then run: {shlex.join(command)}"
+    text = f"To judge, make the runs {factor}, then run: {study.command.again()}"
     return Remedy(text, min(more, _MOST_LONGER))
 
 
-def _more_runs(each: ScriptLadder, command: list[str], option: str, count: int) -> Remedy:
+def _more_runs(
+    study: "ScriptStudy", each: ScriptLadder, runs: tuple[str, int], ladder: str | None = None
+) -> Remedy:
     """Propose a command with more runs at each value."""
-    runs = "seeds" if option == "--seeds" else "runs"
-    said = f"To judge with {count} {runs} at each {each.ladder.name}, run"
-    return Remedy(f"{said}: {shlex.join([*command, option, str(count)])}")
+    option, count = runs
+    kind = "seeds" if option == "--seeds" else "runs"
+    said = f"To judge with {count} {kind} at each {each.ladder.name}, run"
+    return Remedy(f"{said}: {study.command.again(ladder=ladder, runs=runs)}")
 
 
 def _is_random(study: "ScriptStudy") -> bool:
@@ -161,17 +161,6 @@ def _extended(study: "ScriptStudy", each: ScriptLadder, numbers: Sequence[Number
     return _finer(study, each, max(factors))
 
 
-def _given(study: "ScriptStudy") -> list[str]:
-    """Return the options that define the ladder of a study; empty for the default ladder."""
-    if study.own_step is not None:
-        return []
-    given = study.varied.ladder
-    return [
-        "--vary",
-        f"{given.name}={given.text(given.coarse)}:{given.text(given.fine)}:{given.rungs}",
-    ]
-
-
 def _finer(study: "ScriptStudy", each: ScriptLadder, factor: float) -> str:
     """Return the option for a ladder that continues towards finer values."""
     ladder, finest = each.ladder, float(each.values[-1])
@@ -195,11 +184,10 @@ def _of_constants(
     if not alone:
         return text
     if ladder.name == STEP and each.ends is not None:
-        command = [*study.command, *_given(study)]
         said = "Make the runs longer, or start particles that move, then run"
-        return f"{text} {said}: {shlex.join(command)}"
+        return f"{text} {said}: {study.command.again()}"
     coarse = coarsest * _COARSER if ladder.fine < ladder.coarse else coarsest / _COARSER
     if ladder.counts:
         coarse = float(max(round(coarse), 1))
     wider = f"{ladder.name}={ladder.text(coarse)}:{ladder.text(coarsest)}:4"
-    return f"{text} To try coarser values, run: {shlex.join([*study.command, '--vary', wider])}"
+    return f"{text} To try coarser values, run: {study.command.again(ladder=wider)}"

@@ -31,6 +31,7 @@ from chaincor.workflows.scripts.rewriting import (
 )
 from chaincor.workflows.scripts.samples import Samples, last_step, read_samples
 from chaincor.workflows.scripts.step_settings import format_command
+from chaincor.workflows.scripts.study_command import StudyCommand
 
 SCREEN_FILE = "screen.txt"
 _MOST_FOLDER_BYTES = 200_000_000
@@ -100,7 +101,8 @@ class Runner:
     lmp: str  #: Command that starts LAMMPS, with a launcher if needed.
     scratch: Path  #: Folder for the copies, as an absolute path.
     timeout: float  #: Largest wall-clock time of a run, in seconds.
-    command: tuple[str, ...] = ()  #: Words of the study's command, for messages.
+    #: Command of the study, for messages.
+    command: StudyCommand = field(default_factory=StudyCommand)
 
     def run(self, name: str, change: Change, *, keep_screen: bool = False) -> ScriptRun:
         """
@@ -172,10 +174,8 @@ class Runner:
 
     def too_long(self, said: str, factor: float) -> ScriptRunError:
         """Return the exception for a run that needs `factor` times the time limit."""
-        command = [*self.command, "--timeout", f"{self.timeout * factor:.0f}"]
-        return ScriptRunError(
-            f"{said}. Shorten the script's runs, or allow more time: {shlex.join(command)}"
-        )
+        command = self.command.again(limit=self.timeout * factor)
+        return ScriptRunError(f"{said}. Shorten the script's runs, or allow more time: {command}")
 
 
 def _own_step(folder: Path) -> float | None:

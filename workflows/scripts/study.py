@@ -20,9 +20,9 @@ from chaincor.workflows.scripts.quantities import RequestedNumbers, read_asked
 from chaincor.workflows.scripts.script_run import Runner, ScriptRun, ScriptRunError, list_files
 from chaincor.workflows.scripts.script_text import ScriptText
 from chaincor.workflows.scripts.step_counts import StepCount
+from chaincor.workflows.scripts.study_command import DEFAULT_TIMEOUT, StudyCommand, study_command
 from chaincor.workflows.scripts.study_inputs import (
     counts_of_steps,
-    input_words,
     lammps_command,
     with_step,
 )
@@ -30,8 +30,6 @@ from chaincor.workflows.scripts.varied import COMPARED, Varied, read_varied
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-DEFAULT_TIMEOUT = 600.0
 
 
 @dataclass(frozen=True)
@@ -62,8 +60,8 @@ class ScriptStudy:
         Script commands whose effect depends on the number of steps.
     lmp : str
         Command that starts LAMMPS.
-    command : tuple of str
-        Words of this study's command, without the options for the ladder.
+    command : StudyCommand
+        Command that would repeat this study.
     kept : pathlib.Path or None
         Folder of the failed runs.
     seconds : float
@@ -80,7 +78,7 @@ class ScriptStudy:
     changes: tuple[EnergyChange, ...]
     counts: tuple[StepCount, ...]
     lmp: str
-    command: tuple[str, ...]
+    command: StudyCommand
     kept: Path | None
     seconds: float
 
@@ -228,8 +226,13 @@ def timestep_study(
     command = lammps_command(lmp)
     files = list_files(text.path.resolve().parent)
     scratch = Path(tempfile.mkdtemp(prefix="chaincor-script-")).resolve()
-    words = input_words(script, quantities, observable, fix, tolerance, scale_periods, lmp)
-    runner = Runner(text.path, files, asked, command, scratch, timeout, words)
+    again = study_command(
+        script, quantities, observable=observable, fix=fix, phases=phases,
+        # The option --vary seed=N is --seeds N.
+        vary=None if varied.seeds and seeds is None else vary, seeds=len(varied.seeds) or None,
+        tolerance=tolerance, scale_periods=scale_periods, lmp=lmp, timeout=timeout,
+    )  # fmt: skip
+    runner = Runner(text.path, files, asked, command, scratch, timeout, again)
     keep = False
     comparisons: tuple[PartingComparison, ...] = ()
     changes: tuple[EnergyChange, ...] = ()
@@ -266,7 +269,7 @@ def timestep_study(
         changes=changes,
         counts=counts_of_steps(varied),
         lmp=command,
-        command=words,
+        command=again,
         kept=scratch if keep else None,
         seconds=time.perf_counter() - started,
     )

@@ -3,7 +3,6 @@
 import shlex
 import shutil
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,26 +36,10 @@ def lammps_command(lmp: str | None) -> str:
         words = []
     if not words:
         raise InputError(f"--lmp is {found!r}. Give a command, such as lmp or 'srun lmp'")
-    words[0] = shutil.which(words[0]) or words[0]
+    # Runs start in other folders, so that a relative path has to be resolved here.
+    if path := shutil.which(words[0]):
+        words[0] = str(Path(path).absolute())
     return shlex.join(words)
-
-
-def input_words(
-    script: Path | str,
-    quantities: Sequence[str],
-    observable: str | None,
-    fix: Sequence[str],
-    tolerance: float | None,
-    scale_periods: bool,
-    lmp: str | None,
-) -> tuple[str, ...]:
-    """Return a study's command without options for the ladder and the runs per rung, as words."""
-    words = ["chaincor", "timestep", str(script), *quantities]
-    words += [] if observable is None else ["--observable", observable]
-    words += [word for each in fix for word in ("--fix", each)]
-    words += [] if tolerance is None else ["--tolerance", f"{tolerance:g}"]
-    words += ["--scale-periods"] if scale_periods else []
-    return (*words, *([] if lmp is None else ["--lmp", lmp]))
 
 
 def with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float, ScriptRun]]]:
@@ -69,7 +52,7 @@ def with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float,
     """
     if varied.kind != "step":
         return varied, []
-    check_steps_of_script(varied.script, runner.command)
+    check_steps_of_script(varied.script, runner.command.again())
     started = time.perf_counter()
     run = runner.run("as it stands", Change(), keep_screen=True)
     seconds = time.perf_counter() - started

@@ -2,15 +2,18 @@
 
 import json
 import re
+import shlex
 
 import numpy as np
 import pytest
 
 from chaincor import timestep_study
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts import figure
 from chaincor.workflows.scripts.crashes import find_crash
 from chaincor.workflows.scripts.description import describe_script_study
+from chaincor.workflows.scripts.script_run import ScriptRunError
 from chaincor.workflows.scripts.study_files import script_study_to_dict
 from chaincor.workflows.scripts.vary_options import in_whole_numbers, read_ladder
 from tests.workflows.scripts.test_unedited import SPRING
@@ -110,11 +113,36 @@ def test_a_quantity_that_is_always_0_has_a_result_and_files(tmp_path, chaincor, 
     assert "No quantity changes in this time of 0.1, so the timestep cannot be judged." in out
     assert "'eta = (.*)' is 0 in all runs" in out
     assert "small enough" not in out
-    command = "chaincor timestep in.x --observable 'eta = (.*)'"
+    command = "chaincor timestep in.x --observable 'eta = (.*)' --phases 3"
     assert f"Make the runs longer, or start particles that move, then run: {command}\n" in out
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         *("timestep.html", "timestep.json", "runs.csv"),
     }
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"vary": "timestep=0.02:0.002:5", "phases": 3}, "--vary timestep=0.02:0.002:5 --phases 3"),
+        ({"vary": "seed=5"}, "--seeds 5"),
+    ],
+)
+def test_the_command_after_a_time_out_repeats_the_study(tmp_path, options, words):
+    # LAMMPS needs more than 0.01 s to start.
+    with pytest.raises(ScriptRunError) as refused:
+        study_of(tmp_path, NOTHING, "pe", timeout=0.01, **options)
+    command = f"chaincor timestep {tmp_path / 'in.x'} pe {words} --timeout 1"
+    assert str(refused.value).endswith(f"allow more time: {command}")
+
+
+def test_a_relative_path_of_lammps_is_found_from_the_folder_of_each_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    lmp = tmp_path / "lmp"
+    lmp.write_text(f'#!/bin/sh\nexec {find_lmp_command()} "$@"\n')
+    lmp.chmod(0o755)
+    study = study_of(tmp_path, LAW.format(style="index", value=0.1), observable=r"x = (\S+)",
+                     vary="h=0.1:0.01:4", phases=3, lmp="./lmp")  # fmt: skip
+    assert shlex.split(study.lmp) == [str(lmp)]
 
 
 def test_data_stay_where_a_figure_fails(tmp_path, monkeypatch):
