@@ -66,9 +66,9 @@ class Followed:
         """
         Whether the collision is over in the last frame, as far as the frames show.
 
-        The chain must recede. In addition, later contacts must be excluded by proof or argument, or
-        no contact must have occurred for longer than sound needs to cross the longer body and
-        return.
+        The chain must recede. In addition, a proof or argument must exclude later contacts, or the
+        time since the last contact must exceed the time in which sound crosses the longer body and
+        returns.
         """
         known = self.alone or self.argument is not None
         return self.parting and (known or self.since_contact > self.sound_returns)

@@ -4,8 +4,8 @@ Compare jobs of random scenes, run by `lmp` alone, with the reference engine and
 ``python -m benchmarks.jobs [--scenes 20] [--seed 1] [--tolerance 1e-8]`` draws scenes and writes a
 job for each. The job runs with only ``lmp -in in.chain``. The error of its restitution is printed
 in units of the error bar that the job printed. The true restitution comes from the reference engine
-at 1e-11, whose error is subtracted. Costs are the processor times of ``lmp`` and of ``chaincor
-run`` with the same tolerance, in two processes one right after the other.
+at 1e-11, whose error is subtracted. Costs are the processor times of ``lmp``, and of ``chaincor
+run`` with the same tolerance right afterwards.
 """
 
 import argparse

@@ -1,6 +1,6 @@
 """Find the masses of harmonic chains with the least restitution at a hard wall, by gradients.
 
-Prints the smallest e = sqrt(eta) that was found for n = 2 to 10 masses, the e at the start of this
+Prints for n = 2 to 10 masses the smallest e = sqrt(eta) that was found, e at the start of this
 search, the time of all searches, and the result of LAMMPS. Searches begin at the best of many
 random chains, at the best shorter chain with an additional mass, and at the results of earlier
 searches. Minima are mostly at corners of e, at which a new contact appears. Only some of many local

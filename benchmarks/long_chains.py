@@ -9,8 +9,9 @@ The first command compares the time of steps on different numbers of cores, for 
 0.4 v*, extrapolated14). It alternates between the numbers of cores and uses the shortest of many
 times. It prints the speed-up, the ratio of processor times, and whether all bits are equal. The
 second and the third command run whole collisions to 1e-6 on all cores. They print time, error bar,
-and the exponent of the time between two lengths. 4000 particles take a quarter of a minute, 100000
-an hour. `OMP_NUM_THREADS` limits the cores of these commands. The machine must be idle.
+and the exponent of the time between two lengths. A collision of 4000 particles takes a quarter of a
+minute, and of 100000 particles an hour. `OMP_NUM_THREADS` limits the cores of these commands. The
+machine must be idle.
 """
 
 import argparse

@@ -102,8 +102,8 @@ def mass_resolution(frame: DumpFrame, layout: ChainLayout, masses: Array) -> Arr
     Return the error of masses due to the printed digits of a dump.
 
     The error is half a unit of the last digit. The error is 0 if the masses do not come from a
-    column of the dump. Restitution does not depend on a common factor of all masses, and the error
-    is also 0 if all masses are equal.
+    column of the dump. If all masses are equal, the error is also 0, because restitution does not
+    depend on a common factor.
     """
     if MASS_COLUMN in frame.columns and not are_equal(masses):
         printed = layout.by_body(frame.column(MASS_COLUMN))[0]

@@ -6,8 +6,8 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# A series has no error bar if its correlations extend over more than this fraction of its length,
-# or if it has fewer independent samples than the second number.
+# Longest correlations for which a series has an error bar, as a fraction of its length, and least
+# number of independent samples.
 _LARGEST_SHARE, _LEAST_INDEPENDENT = 0.25, 3.0
 # A series with fewer samples has no error bar. If the correlation time is 10, 3 of 100 series with
 # 24 samples look independent. For such series, only 52 of 100 error bars contain the true mean.

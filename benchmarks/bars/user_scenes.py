@@ -13,8 +13,8 @@ from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.scene import Scene
 from tests.judge.kinks import judge
 
-# Rounded forces make the spline of a table rough. The judge does not know the knots of the spline,
-# and needs steps that are too short for more particles than this.
+# Largest number of particles with a table. Rounded forces make the spline of a table rough, and the
+# judge, which does not know the knots, needs very short steps.
 _TABLE_PARTICLES = 12
 
 

@@ -19,10 +19,9 @@ _COMPRESSED, _STRETCHED = 200, 300
 # Brackets are halved until their width is this fraction of the strain, or this absolute strain near
 # the natural length.
 _NARROW, _NARROWEST = 1e-8, 1e-9
-# At a kink, the slope changes within the narrowest bracket by more than the first number, as a
-# fraction of the larger slope. Rounding (eps F/1e-9) changes the slope by only about 1e-7. In a
-# bracket four times as wide, the change at a kink is less than the second number times larger. For
-# a smooth curve it is four times larger.
+# Least relative change of the slope at a kink, within the narrowest bracket. Rounding (eps F/1e-9)
+# changes the slope by only about 1e-7. In a bracket four times as wide, the change at a kink grows
+# by less than the factor `_SAME`. The change of a smooth curve grows by a factor of four.
 _KINK, _SAME = 1e-4, 2.0
 # Rounding changes a sum of four forces by at most this many epsilon of the terms in the force.
 _ROUNDINGS = 64.0
