@@ -3,30 +3,28 @@ Fit the limit of C'(y) = h_3(y)/y for steep fronts, and the approach to the limi
 
     python -m benchmarks.slow_chains.limit
 
-The fits use the minima of ``spectral.csv``, whose fronts start from a step, and from y = 160 on
-those of ``modulated.csv``. The deepest minimum oscillates with y, because it changes from wave to
-wave. The minimum of a polynomial through the losses of neighbouring waves does not oscillate and is
-used instead. The form of the approach is not derived. Forms in y and in t = (y/2)^(3/2)/3 are
-fitted.
+The fits use the minima of ``steep.csv``. The deepest minimum oscillates with y, because it changes
+from wave to wave. The minimum of a polynomial through the losses of neighbouring waves does not
+oscillate and is used instead. The form of the approach is not derived. Forms in y and in
+t = (y/2)^(3/2)/3 are fitted. The modulated start of ``modulated.csv`` checks the step.
 """
 
+from collections.abc import Callable
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
+from benchmarks.slow_chains.modulated import GRIDS
 from benchmarks.slow_chains.modulated import TABLE as MODULATED
-from benchmarks.slow_chains.spectral import TABLE as SPECTRAL
+from benchmarks.slow_chains.steep import TABLE as STEEP
 from chaincor.lammps_inputs.arrays import Array
 
 # First y of the fits, and number of neighbouring waves in a polynomial.
-STARTS = (50.0, 60.0, 80.0)
+STARTS = (60.0, 80.0, 100.0)
 _WAVES = 5
-# The modulated start replaces the step from this y on.
-_MODULATED_FROM = 160.0
-# Time steps on the two grids of `modulated`, and the order measured at y = 60 and 100.
-_COARSE, _FINE, _ORDER = 0.45, 0.3, 5
-# The modulated start makes C' too large by this number divided by t, as measured at y = 60 and 100.
-_START_EXCESS = 0.004
+# Order of the error of each table: in the spacing, and in the time step.
+_STEEP_ORDER, _MODULATED_ORDER = 8, 5
 # Terms of each form besides the limit. The delay of the leading soliton is of order ln t/t.
 FORMS = {
     "ln t/t": (lambda y, t: np.log(t) / t,),
@@ -36,7 +34,7 @@ FORMS = {
     "1/y and 1/t": (lambda y, t: 1.0 / y, lambda y, t: 1.0 / t),
 }
 # A form with a larger residual does not describe the approach.
-LARGEST_RESIDUAL = 5e-5
+LARGEST_RESIDUAL = 2e-5
 
 
 def time_of(variable: Array) -> Array:
@@ -45,36 +43,40 @@ def time_of(variable: Array) -> Array:
 
 
 def points() -> tuple[Array, Array]:
-    """Return y, and C'(y) without the oscillation."""
-    steps = np.loadtxt(SPECTRAL, delimiter=",", skiprows=1)
-    steps = steps[(steps[:, 0] == 3) & (steps[:, 1] >= STARTS[0])]
-    found = {}
-    for variable in np.unique(steps[:, 1]):
-        here = steps[steps[:, 1] == variable]
-        found[variable] = _without_swing(variable, here[:, 2], here[:, 3])
-    for variable, slopes in modulated_slopes().items():
-        if variable >= _MODULATED_FROM:
-            found[variable] = slopes[1] - _START_EXCESS / time_of(variable)
-    variables = np.array(sorted(found))
-    return variables, np.array([found[variable] for variable in variables])
+    """Return y, and C'(y) of the step without the oscillation."""
+    slopes = step_slopes()
+    return np.array(sorted(slopes)), np.array([slopes[variable][1] for variable in sorted(slopes)])
 
 
-def modulated_slopes() -> dict[float, tuple[float, float]]:
-    """Return C' of the modulated start by y: deepest and without oscillation, from two grids."""
-    table = np.loadtxt(MODULATED, delimiter=",", skiprows=1)
+def step_slopes() -> dict[float, Array]:
+    """Return C' of the step by y: deepest and without oscillation, from two grids."""
+    return _extrapolated(STEEP, lambda spacing: spacing**_STEEP_ORDER)
+
+
+def modulated_slopes() -> dict[float, Array]:
+    """Return C' of the modulated start, as `step_slopes` does."""
+    courant = dict(GRIDS)
+    return _extrapolated(
+        MODULATED, lambda spacing: (spacing * courant[spacing]) ** _MODULATED_ORDER
+    )
+
+
+def _extrapolated(path: Path, error: Callable[[float], float]) -> dict[float, Array]:
+    """Extrapolate C' of a table from its two grids, whose errors have a known ratio."""
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
     slopes = {}
     for variable in np.unique(table[:, 0]):
-        grids = [table[(table[:, 0] == variable) & (table[:, 1] == grid)] for grid in (0.36, 0.3)]
-        coarse, fine = (
-            np.array([here[0, 3] / variable, _without_swing(variable, here[:, 2], here[:, 3])])
-            for here in grids
+        here = table[table[:, 0] == variable]
+        fine, coarse = map(float, np.unique(here[:, 1]))
+        best, rough = (
+            np.array([grid[0, 3] / variable, without_swing(variable, grid[:, 2], grid[:, 3])])
+            for grid in (here[here[:, 1] == spacing] for spacing in (fine, coarse))
         )
-        best = fine + (fine - coarse) / ((_COARSE / _FINE) ** _ORDER - 1.0)
-        slopes[float(variable)] = (float(best[0]), float(best[1]))
+        slopes[float(variable)] = best + (best - rough) / (error(coarse) / error(fine) - 1.0)
     return slopes
 
 
-def _without_swing(variable: float, places: Array, losses: Array) -> float:
+def without_swing(variable: float, places: Array, losses: Array) -> float:
     """Return C' at the minimum of the polynomial through the deepest losses."""
     near, losses = places[:_WAVES] - variable, losses[:_WAVES]
     joined = np.polynomial.Polynomial.fit(near, losses, len(near) - 1)
@@ -91,11 +93,10 @@ def fitted(y: Array, slope: Array, form: str) -> tuple[Array, float]:
 
 def main() -> None:
     """Print the points and the fits."""
-    for variable, (deepest, _) in modulated_slopes().items():
-        print(f"y = {variable:g}, modulated start: C' = {deepest:.6f}")
+    for name, found in (("step", step_slopes()), ("modulated start", modulated_slopes())):
+        for variable, (deepest, smooth) in found.items():
+            print(f"{name}, y = {variable:g}: C' = {deepest:.6f}, without swing {smooth:.6f}")
     y, slope = points()
-    for variable, smooth in zip(y, slope, strict=True):
-        print(f"y = {variable:g}: without swing {smooth:.6f}")
     limits = []
     for form, start in product(FORMS, STARTS):
         chosen = y >= start

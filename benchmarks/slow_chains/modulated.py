@@ -33,7 +33,7 @@ TABLE = Path(__file__).with_name("modulated.csv")
 HEADER = ["variable", "spacing", "place", "loss"]
 VARIABLES = [60.0, 100.0, 120.0, 160.0, 240.0, 320.0]
 # Spacings in widths of the leading soliton, and time steps times the rate of the steepest front.
-_GRIDS = ((0.36, 1.25), (0.3, 1.0))
+GRIDS = ((0.36, 1.25), (0.3, 1.0))
 # Fraction and largest length of the train that is kept, and lengths behind and ahead, in widths of
 # the linear front.
 _REAR, _LONGEST_REAR, _BEHIND, _AHEAD = 0.3, 18.0, 12.0, 13.0
@@ -120,10 +120,19 @@ def modulated_minima(
         Spacing in widths of the leading soliton, and time step times the rate of the steepest
         front.
     """
-    scale = math.sqrt(0.5 * variable)
+    x, scale = modulated_grid(variable, spacing), math.sqrt(0.5 * variable)
+    return way_back(x, modulated_wave(x * scale, scale**3 / 3.0), variable, courant)
+
+
+def modulated_grid(variable: float, spacing: float) -> Array:
+    """Return the grid around the front at the free end, for a spacing in soliton widths."""
     rear = min(_REAR * variable, _LONGEST_REAR)
-    x = front_grid(rear + _BEHIND, 2.0 * variable / 3.0 + _AHEAD, spacing / scale)
-    front = modulated_wave(x * scale, scale**3 / 3.0)
+    width = 1.0 / math.sqrt(0.5 * variable)
+    return front_grid(rear + _BEHIND, 2.0 * variable / 3.0 + _AHEAD, spacing * width)
+
+
+def way_back(x: Array, front: Array, variable: float, courant: float) -> list[tuple[float, float]]:
+    """Return position and loss of the deepest minima, from the front at the free end."""
     # In the absorbing layer, the wave changes smoothly to its level behind the train.
     depth = np.clip((x - x[0]) / SPONGE, 0.0, 1.0)
     front = 1.0 + (front - 1.0) * (depth - np.sin(2.0 * np.pi * depth) / (2.0 * np.pi))
@@ -140,7 +149,7 @@ def main() -> None:
     with growing_table(TABLE, HEADER) as (rows, add):
         known = {(row[0], row[1]) for row in rows}
         for variable in arguments.variables:
-            for spacing, courant in _GRIDS:
+            for spacing, courant in GRIDS:
                 if (str(variable), str(spacing)) in known:
                     continue
                 minima_found = modulated_minima(variable, spacing, courant)

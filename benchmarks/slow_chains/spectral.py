@@ -50,6 +50,9 @@ _FIRST_BEHIND = 45.0
 _REAR, _LONGEST_REAR = {1: 0.3, 2: 0.5}, 18.0
 # Damping rate of the fastest wave, divided by its squared wave number.
 _DAMPING = 0.48
+# The highest modes are removed after each step. The phase of these modes changes by more than 2 pi
+# per step, so they resonate with the front and grow.
+_FILTER, _FILTER_ORDER = 36.0, 24
 # Height of the leading soliton, and width of the smooth step that is subtracted from the front.
 _TALLEST, _WIDE = 2.0, 3.0
 
@@ -210,9 +213,10 @@ def carried(
     depth = np.clip((x[0] + SPONGE - x) / SPONGE, 0.0, 1.0)
     damping = np.exp(-time / steps * _DAMPING * fastest**2 * np.sin(np.pi * depth) ** 2)
     step = _ExponentialStep(-(ik**3) / 3.0 + frame * ik, time / steps)
+    kept = np.exp(-_FILTER * (np.abs(ik) / fastest) ** _FILTER_ORDER)
     modes = rfft(front - wide)
     for _ in range(steps):
-        modes = rfft(irfft(step(modes, rest), count) * damping)
+        modes = kept * rfft(irfft(step(modes, rest), count) * damping)
     return irfft(modes, count) + wide
 
 

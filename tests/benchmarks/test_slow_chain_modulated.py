@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from benchmarks.slow_chains.lag import moved_wave
 from benchmarks.slow_chains.modulated import TABLE, modulated_minima, modulated_wave
 from benchmarks.slow_chains.spectral import spectral_minima
 
@@ -39,3 +40,13 @@ def test_two_grids_agree_within_the_bar_of_the_page():
     for y in np.unique(variable):
         deepest = [loss[(variable == y) & (spacing == grid)].min() / y for grid in (0.36, 0.3)]
         assert abs(deepest[0] - deepest[1]) < 2.5e-4
+
+
+def test_moved_solitons_keep_their_height_and_the_others_their_place():
+    time, length = 50.0, 0.4
+    x = np.arange(2.0 * time, 4.5 * time, 0.005)
+    places, heights = crests(x, modulated_wave(x, time))
+    moved, kept = crests(x, moved_wave(x, time, 2, length))
+    # Crests are on the grid, and the tail of the smooth shift is below 1e-8 at its neighbours.
+    assert places[:4] - moved[:4] == pytest.approx([length, length, 0.0, 0.0], abs=0.0051)
+    assert kept[:4] == pytest.approx(heights[:4], abs=1e-4)
