@@ -6,19 +6,20 @@ from typing import Any
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bead_table import bead_table_rows
 from chaincor.lammps_inputs.bonds.hertz import Hertz
 from chaincor.lammps_inputs.chain_data import ROOM, initial_state
-from chaincor.lammps_inputs.contact_script import number
+from chaincor.lammps_inputs.contact_script import contact_force, contact_force_on, number
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
-from chaincor.lammps_inputs.script import DATA_FILE, SAFE_PATH_CHARACTERS, rendered
+from chaincor.lammps_inputs.script import DATA_FILE, SAFE_PATH_CHARACTERS, TABLE_FILE, rendered
 from chaincor.lammps_inputs.script_plan import ScriptPlan
 
 # LAMMPS's normal stiffness k_n multiplies sqrt(R_eff) d^(3/2). Two beads of diameter 1 have R_eff =
 # 1/4; a bead at a wall has R_eff = 1/2.
 PAIR_STIFFNESS, WALL_STIFFNESS = 2.0, math.sqrt(2.0)
-_HERTZ = 1.5
 # Largest sum of the overlaps of a bead with both neighbours. With a larger sum, the neighbours
 # would almost touch each other.
 _FREE = 0.9
@@ -131,25 +132,31 @@ def _wall(problem: Problem) -> str | None:
     return f"{number(stiffness)} {number(damping)}"
 
 
-def _values(problem: Problem, folder: str) -> dict[str, Any]:
-    bond = problem.bond
+def _values(problem: Problem, numerics: Numerics, folder: str) -> dict[str, Any]:
+    bond, rows = problem.bond, bead_table_rows(problem, numerics)
     assert isinstance(bond, Hertz)
     viscoelastic = bond.damping > 0.0 and bond.damping_law == "viscoelastic"
+    at_wall = problem.line.soft and problem.line.rigid
+    forced = at_wall and (rows is not None or not problem.line.contact.is_hertzian)
     return {
         "data": f"{folder}/{DATA_FILE}",
+        "rows": rows,
+        "table": f"{folder}/{TABLE_FILE}",
+        # The formula of a whole power is not zero at a distance.
+        "push": contact_force(problem.line, "(x[1]<0.0)*") if forced else [],
+        "push_on": contact_force_on(problem.line) if forced else [],
         "pairs": _pairs(problem),
         "damping": "viscoelastic" if viscoelastic else "velocity",
-        "wall": _wall(problem),
+        "wall": None if forced else _wall(problem),
         "surface": number(-0.5 * _first_diameter(problem.line)),
     }
 
 
-def render_granular_setup(problem: Problem, timestep: float, folder: str) -> str:
+def render_granular_setup(problem: Problem, numerics: Numerics, folder: str) -> str:
     """Render the commands that set up a column for a run driven from Python."""
     assert set(folder) <= SAFE_PATH_CHARACTERS, "the engine has judged its folder"
-    return rendered(
-        "granular", _values(problem, folder) | {"script": False, "step": number(timestep)}
-    )
+    values = _values(problem, numerics, folder)
+    return rendered("granular", values | {"script": False, "step": number(numerics.timestep)})
 
 
 def render_granular_job(problem: Problem, plan: ScriptPlan) -> str:
@@ -162,18 +169,19 @@ def render_granular_job(problem: Problem, plan: ScriptPlan) -> str:
     """
     assert plan.end is not None
     assert plan.bar is not None
+    assert isinstance(problem.bond, Hertz)
     v0, line = problem.impact_velocity, problem.line
     unit = line.overlap(v0) / v0 if line.soft else 1.0 / problem.fast_stiffness**0.5
     thinnest = 1.0 if line.diameters is None else float(np.min(line.diameters))
     overlap = max(1.0 - plan.end.bond_min, 1e-300) / thinnest
-    fastest = v0 * (_FREE / (2.0 * overlap)) ** ((_HERTZ + 1.0) / 2.0)
+    fastest = v0 * (_FREE / (2.0 * overlap)) ** ((problem.bond.exponent + 1.0) / 2.0)
     if fastest < v0:
         raise SceneError(
             f"velocity is {v0:g}, so that beads overlap by up to {overlap:.2g} of a diameter and "
             f"may touch the next bead but one. Give less than {fastest:.2g}"
         )
     duration = _LONGER * plan.end.lasted + _MARGIN * unit
-    values = _values(problem, ".") | {
+    values = _values(problem, plan.numerics, ".") | {
         "script": True,
         "title": f"A column of {problem.particles} beads meets "
         + ("a wall" if line.rigid else f"{line.targets} beads at rest"),

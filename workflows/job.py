@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.analysis.atomic_write import made_folder
+from chaincor.lammps_inputs.bead_table import bead_table_rows, format_bead_table
 from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
@@ -164,6 +165,8 @@ def _bead_files(scene: Scene, wishes: JobWishes) -> dict[str, str]:
         SCRIPT_FILE: render_granular_job(scene.problem, plan),
         DATA_FILE: format_beads(scene.problem),
     }
+    if (rows := bead_table_rows(scene.problem, plan.numerics)) is not None:
+        texts[TABLE_FILE] = format_bead_table(scene.problem, rows)
     if isinstance(scene.potential, str):
         used = scene.replace(tolerance=None, timestep=plan.numerics.timestep)
         texts[SCENE_FILE] = used.without("dump_frames").to_toml()

@@ -12,6 +12,8 @@ from chaincor.lammps_inputs.bonds.named_bond import NamedBond, Strain
 from chaincor.lammps_inputs.contacts.power import PowerContact
 from chaincor.lammps_inputs.errors import PotentialError
 
+#: Exponent of the force between elastic spheres, and in LAMMPS's granular styles.
+HERTZ = 1.5
 # With larger exponents, energies overflow or underflow at speeds that scenes allow.
 LARGEST_EXPONENT = 9.0
 
@@ -54,7 +56,7 @@ class Hertz(NamedBond):
     beads overlap. A negative sum is replaced by 0, because separating beads do not pull.
     """
 
-    exponent: float = 1.5  #: Exponent p of the force; 3/2 for two spheres.
+    exponent: float = HERTZ  #: Exponent p of the force; 3/2 for two spheres.
     damping: float = 0.0  #: Factor A of the damping force.
     damping_law: str = "viscoelastic"  #: Law of damping: ``viscoelastic`` or ``dashpot``.
 

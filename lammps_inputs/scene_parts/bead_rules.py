@@ -5,29 +5,29 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaincor.lammps_inputs.bonds.hertz import HERTZ
 from chaincor.lammps_inputs.problem import Problem
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
-_HERTZ = 1.5
 # Largest number of different masses in a damped column in LAMMPS. Each pair of masses requires a
 # command.
 _MOST_MASSES = 20
-# The only numerics that LAMMPS's granular styles support, and the keys of numerics that may be
-# given with fixed steps.
-_GRANULAR = {"wall": "event", "scheme": "verlet", "table": None, "table_points": None}
-_STEPS = (*_GRANULAR, "timestep")
+# The only numerics that LAMMPS supports for beads, and the keys of numerics that may be given with
+# fixed steps.
+_GRANULAR = {"wall": "event", "scheme": "verlet", "table": "linear"}
+_STEPS = (*_GRANULAR, "table_points", "timestep")
 
 
 def check_beads(scene: "Scene") -> Iterator[str]:
     """Yield the mistakes in a scene with beads."""
     if scene.diameters is not None and (
-        scene.bond.as_keys().get("hertz_exponent") != _HERTZ or scene.target_particles is not None
+        scene.bond.as_keys().get("hertz_exponent") != HERTZ or scene.target_particles is not None
     ):
         yield (
             "diameters set the stiffness of Hertz's law before a wall. Use potential 'hertz' with "
-            f"exponent {_HERTZ:g} and no target, or leave diameters out"
+            f"exponent {HERTZ:g} and no target, or leave diameters out"
         )
     if not scene.bond.only_pushes:
         return
@@ -50,27 +50,34 @@ def check_beads(scene: "Scene") -> Iterator[str]:
         return
     if refusal := granular_refusal(scene.problem):
         yield refusal
+    if scene.table_points is not None and (scene.diameters or scene.damping):
+        yield (
+            "table_points replaces Hertz's law by a table, which has no diameters and no damping. "
+            "Leave table_points out"
+        )
     if scene.dump is not None:
         yield "dump is not available for beads. Leave dump out, or use arrays"
     for key, known in _GRANULAR.items():
         if getattr(scene, key) not in (None, known):
             yield (
                 f"{key} is {getattr(scene, key)}, but LAMMPS's granular styles have only Verlet "
-                f"steps, a located wall and no tables. Leave {key} out"
+                f"steps, a located wall and linear tables. Leave {key} out"
             )
 
 
 def granular_refusal(problem: Problem) -> str | None:
     """Explain why `pair_style granular` cannot simulate a column; None if it can."""
-    exponent, contact = dict(problem.bond.as_keys())["hertz_exponent"], problem.line.contact
-    other = None if exponent == _HERTZ else f"hertz_exponent is {exponent:g}"
-    if other is None and contact.soft and not contact.is_hertzian:
-        other = f"the contact is {contact.shape}"
-    if other is not None:
-        return (
-            f"{other}, but LAMMPS's pair_style granular has only Hertz's law, 1.5. Set engine to "
-            "'reference'"
-        )
+    keys, contact = dict(problem.bond.as_keys()), problem.line.contact
+    if keys.get("damping"):
+        exponent = keys["hertz_exponent"]
+        other = None if exponent == HERTZ else f"hertz_exponent is {exponent:g}"
+        if contact.soft and not contact.is_hertzian:
+            other = f"the contact is {contact.shape}"
+        if other is not None:
+            return (
+                f"{other}, but LAMMPS's damping of beads comes with Hertz's law, 1.5, alone. Leave "
+                "damping out, or set engine to 'reference'"
+            )
     if problem.line.targets and contact != problem.bond.contact:
         return (
             "the contact with the target has another law than the beads, but LAMMPS's pair_style "
@@ -80,7 +87,7 @@ def granular_refusal(problem: Problem) -> str | None:
     masses: set[Any] = {*line.chain_masses.tolist(), *line.target_masses.tolist()}
     if line.diameters is not None:
         masses = {*zip(line.chain_masses.tolist(), line.diameters.tolist(), strict=True)}
-    if dict(problem.bond.as_keys()).get("damping") and len(masses) > _MOST_MASSES:
+    if keys.get("damping") and len(masses) > _MOST_MASSES:
         return (
             f"the beads have {len(masses)} masses, but LAMMPS's viscoelastic damping needs "
             f"numbers for each pair of masses. Give at most {_MOST_MASSES}, or set engine to "

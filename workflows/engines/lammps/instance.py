@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.bead_table import bead_table_rows, format_bead_table
 from chaincor.lammps_inputs.bond_table import BondTable
 from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.contact_script import displacement
@@ -76,6 +77,8 @@ class LammpsChain:
         (folder / DATA_FILE).write_text(data)
         if table is not None:
             (folder / TABLE_FILE).write_text(table.to_text())
+        if beads and (rows := bead_table_rows(problem, numerics)) is not None:
+            (folder / TABLE_FILE).write_text(format_bead_table(problem, rows))
         self.folder = folder
         scheme = STEP_SCHEMES[numerics.scheme]
         self._evaluations = scheme.evaluations
@@ -101,7 +104,7 @@ class LammpsChain:
         try:
             place = folder.as_posix()
             self.commands(
-                render_granular_setup(problem, numerics.timestep, place)
+                render_granular_setup(problem, numerics, place)
                 if beads
                 else render_setup(numerics, table, place)
             )

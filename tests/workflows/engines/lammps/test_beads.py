@@ -24,6 +24,10 @@ COLUMNS = [
     {"target_particles": 3, "target_masses": (2.0,)},
     {"diameters": (1.0, 0.9, 0.8), "masses": (1.0, 2.0)},
     {"diameters": (1.0, 0.6), "contact": "hard", "velocity": 0.02},
+    {"hertz_exponent": 2.0, "masses": (1.0, 3.0)},
+    {"hertz_exponent": 1.25, "contact": "hard", "velocity": 0.01},
+    {"hertz_exponent": 3.0, "target_particles": 2, "particles": 3},
+    {"contact": "power", "contact_exponent": 2.0, "particles": 3},
 ]
 
 
@@ -32,6 +36,9 @@ def test_both_engines_agree(fields):
     validation = validate(beads(**fields))
     assert validation.agrees, validation
     assert validation.comparisons[0].allowed < 3e-6
+    named = [comparison.quantity for comparison in validation.comparisons]
+    granular = not {"hertz_exponent", "diameters"} & fields.keys()
+    assert ("restitution by pair_style table" in named) == granular
 
 
 @pytest.mark.parametrize("law", ["viscoelastic", "dashpot"])
