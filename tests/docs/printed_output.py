@@ -4,9 +4,13 @@ import math
 import re
 
 _NUMBER = r"(?<![\w.])[-+]?(?:\d+\.\d+|\d+)(?:[eE][-+]?\d+)?(?![\w])"
-_TOKEN = re.compile(rf"(?P<bar>\+-\s*)?(?P<number>{_NUMBER})(?P<unit>\s(?:s|ms|min|h|MB)\b)?")
+_TOKEN = re.compile(
+    rf"(?P<bar>\+-\s*|_error = )?(?P<number>{_NUMBER})(?P<unit>\s(?:s|ms|min|h|MB)\b)?"
+)
 # Numbers below this size are rounding errors of one processor, such as an energy drift.
 _ROUNDING = 1e-11
+# Roundings of another processor may change more digits of a number than these.
+_STABLE_DIGITS = 10
 # An error bar may differ by this factor if roundings of another processor enter it.
 _BAR_FACTOR = 10.0
 
@@ -16,9 +20,10 @@ def agrees(wanted: str, printed: str) -> bool:
     Return whether printed output is the output that a page shows.
 
     ``...`` on the page stands for any text. White space is folded. A number followed by ``+- bar``
-    must agree within the sum of both bars. Digits before ``...`` must be equal. A number followed
-    by a unit of time or memory may have any value. Whole numbers must be equal. Other numbers must
-    agree to one unit of the last digit that the page shows.
+    or by ``NAME_error = bar`` must agree within the sum of both bars. Digits before ``...`` must be
+    equal. A number followed by a unit of time or memory may have any value. Whole numbers must be
+    equal. Other numbers must agree to one unit of the last digit that the page shows, or in ten
+    digits.
 
     Parameters
     ----------
@@ -69,7 +74,8 @@ def _numbers_agree(shown: list[tuple[str, bool, bool]], found: list[str]) -> boo
         elif "e" in wanted.lower() and abs(a) < _ROUNDING:
             allowed = _ROUNDING
         else:
-            allowed = 1.01 * _last_digit(wanted)
+            stable = abs(a) * 10.0**-_STABLE_DIGITS
+            allowed = 1.01 * max(_last_digit(wanted), stable)
         if not abs(a - b) <= allowed or not math.isfinite(b):
             return False
     return True

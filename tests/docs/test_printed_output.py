@@ -45,6 +45,18 @@ def test_another_output_is_found(old, new):
     assert not agrees(PAGE, PAGE.replace(old, new))
 
 
+def test_error_on_its_own_line_is_the_bar_of_a_number():
+    job = "restitution = 0.70887399571\nrestitution_error = 4.7e-10"
+    assert agrees(job, job.replace("9571", "9562"))
+    assert not agrees(job, job.replace("9571", "8571"))
+    assert not agrees(job, job.replace("4.7e-10", "4.7e-08"))
+
+
+def test_ten_digits_of_a_long_number_are_compared():
+    assert agrees("energy = 0.0054203751061886263", "energy = 0.0054203751062")
+    assert not agrees("energy = 0.0054203751061886263", "energy = 0.0054203761")
+
+
 def test_dots_stand_for_anything():
     assert agrees("eta = 0.5\n...\nend 3", "eta = 0.5\nany 7 lines\nof text\nend 3")
     assert not agrees("eta = 0.5\n...\nend 3", "eta = 0.5\nany\nend 4")
