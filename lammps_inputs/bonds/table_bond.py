@@ -141,8 +141,8 @@ def _bond_of(text: str, path: str) -> Potential:
     force, largest = _smooth(lengths - 1.0, forces), float(np.max(np.abs(forces)))
     if force is None:
         raise TableError(
-            f"bond table {path!r} has forces up to {largest:.3g}, which no smooth curve "
-            "follows. Give forces in units of stiffness times bond length"
+            f"bond table {path!r} has forces up to {largest:.3g}, too large to interpolate "
+            "smoothly. Give forces in units of stiffness times bond length"
         )
     if 0.0 < largest < SMALLEST or largest > LARGEST:
         raise TableError(

@@ -87,7 +87,8 @@ class TargetKeys(BaseModel):
     )
     target_particles: ParticleCount | None = Field(
         default=None,
-        description="particles of a free body at rest, with the same bonds, in place of the wall",
+        description="number of particles of a free body at rest, with the same bonds, that "
+        "replaces the wall",
     )
     target_masses: Masses | None = Field(
         default=None,

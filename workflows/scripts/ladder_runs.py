@@ -157,8 +157,8 @@ class _Runs:
         if seeds and same:
             raise InputError(
                 f"{self.runner.script.name} gives {_first(first)!r} with seed {seeds[0]} and "
-                f"with {seeds[1]}. Use the variable 'seed', or seeds that are whole numbers, in "
-                "the script. Leave --seeds out if the script draws no random numbers"
+                f"with {seeds[1]}. Use the variable 'seed' in the script, or write seeds in it as "
+                "whole numbers. Leave --seeds out if the script draws no random numbers"
             )
         return same or bool(seeds)
 

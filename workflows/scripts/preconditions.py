@@ -31,8 +31,8 @@ def check_steps_of_script(script: ScriptText, command: str) -> None:
         other = next((each for each in found if each.words[0] == "minimize"), None)
         only = "" if other is None else f", only 'minimize' ({other})"
         raise InputError(
-            f"{script.path.name} has no 'run'{only}, and a timestep matters for motion alone. "
-            "Add a 'run'"
+            f"{script.path.name} has no 'run'{only}, so no atom moves and the timestep has no "
+            "effect. Add a 'run'"
         )
     chooser = next((each for each in found if _chooses_step(each)), None)
     if chooser is not None:

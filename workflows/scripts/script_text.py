@@ -105,8 +105,9 @@ class ScriptText:
             for word in words[1:]:
                 if word.startswith("../") or "/../" in word or word.endswith("/.."):
                     raise InputError(
-                        f"{command} names {word!r}, which runs cannot find in their copy of the "
-                        "script's folder. Use paths inside this folder, or absolute paths"
+                        f"{command} names {word!r}, but each run works in a copy of the script's "
+                        "folder that lacks this file. Use a path inside the folder, or an "
+                        "absolute path"
                     )
                 if re.match(r"/\w|~/|\$\{?HOME\b", word) and words[0] not in _READERS:
                     raise InputError(

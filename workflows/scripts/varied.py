@@ -109,8 +109,8 @@ class Varied:
             names.append(SEED)
         if len(set(names)) < len(names):
             raise InputError(
-                f"{', '.join(sorted({n for n in names if names.count(n) > 1}))} is given twice. "
-                "Vary it, fix it, or use it as the seed"
+                f"{', '.join(sorted({n for n in names if names.count(n) > 1}))} is given more than "
+                "once. Use each name in one way only: varied, fixed, or as the seed"
             )
         for name in names:
             self.script.check_variable(name)
@@ -147,7 +147,8 @@ def read_varied(
     if not LEAST_COLUMNS <= columns <= _MOST_PHASES:
         raise InputError(
             f"{('--phases' if seeds is None else '--seeds')} is {columns}. Give "
-            f"{LEAST_COLUMNS} to {_MOST_PHASES} runs per rung: fewer runs have no scatter"
+            f"{LEAST_COLUMNS} to {_MOST_PHASES} runs at each value: fewer runs do not show the "
+            "scatter"
         )
     kind = _kind(script, vary)
     ladder = None if vary is None or kind in COMPARED else read_ladder(vary)

@@ -70,8 +70,9 @@ def in_whole_numbers(ladder: Ladder) -> Ladder:
         )
     if len(values) < ladder.rungs:
         raise InputError(
-            f"--vary counts {ladder.rungs} values of {ladder.name}, but only {len(values)} "
-            f"differ as whole numbers. Give {len(values)} or fewer, or ends further apart"
+            f"--vary asks for {ladder.rungs} values of {ladder.name}, but only {len(values)} "
+            f"differ after rounding to whole numbers. Ask for {len(values)} or fewer, or widen the "
+            "range"
         )
     return counts
 

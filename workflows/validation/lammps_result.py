@@ -121,7 +121,7 @@ def validate_result(scene: Scene, found: LammpsResult) -> Validation:
     if found.particles not in (None, scene.problem.all_particles):
         raise InputError(
             f"{found.source} has {found.particles} particles, but the scene has "
-            f"{scene.problem.all_particles}. Give the scene of that run: SCENE.toml, or "
+            f"{scene.problem.all_particles}. Give the scene of that run: its SCENE.toml, or "
             f"--particles {found.particles} and its other options"
         )
     asked = scene.tolerance or DEFAULT_TOLERANCE

@@ -127,7 +127,7 @@ def test_what_makes_no_sense_is_refused(law):
         ({"seeds": 5, "phases": 5}, "Leave out one"),
         ({"tolerance": 0.0}, "positive"),
         ({"timeout": 0.0}, "positive"),
-        ({"fix": ["timestep=1"]}, "timestep is given twice"),
+        ({"fix": ["timestep=1"]}, "timestep is given more than once"),
         ({"lmp": "/nothing/lmp", "phases": 3}, "cannot start"),
         # The script reads `seed`, and nothing that is printed depends on it.
         ({"seeds": 3}, "Use the variable 'seed'"),
