@@ -40,6 +40,11 @@ def resolve_output(path: Path) -> Path:
     return place
 
 
+def resolve_folder(folder: Path) -> Path:
+    """Resolve links and ``..`` in the path of an output folder; for errors see `resolve_output`."""
+    return resolve_output(folder / "in").parent
+
+
 def judge_output(path: Path, kind: str) -> Path:
     """
     Return the resolved path of an output that may be written.

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.analysis.atomic_write import made_folder
+from chaincor.analysis.output_paths import resolve_folder
 from chaincor.lammps_inputs.bead_table import bead_table_rows, format_bead_table
 from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.errors import InputError
@@ -206,7 +207,8 @@ def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:
 
 def write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> list[Path]:
     """Write all files of a job or none; raise InputError if one of them already exists."""
-    present = [name for name in texts if (folder / name).exists()]
+    place = resolve_folder(folder)
+    present = [name for name in texts if (place / name).exists()]
     if present and not replace_existing:
         raise InputError(
             f"the folder {str(folder)!r} has {', '.join(present)} already. Give another "

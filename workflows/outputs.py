@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from hashlib import sha256
 from pathlib import Path
 
-from chaincor.analysis.output_paths import judge_output, resolve_output
+from chaincor.analysis.output_paths import judge_output, resolve_folder, resolve_output
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
@@ -45,7 +45,7 @@ def refuse_unusable_outputs(scene: Scene) -> None:
 
 def _resolved(key: str, path: Path) -> Path:
     """Return the path of an output with all links resolved."""
-    return resolve_output(path / "in").parent if key == "save" else resolve_output(path)
+    return resolve_folder(path) if key == "save" else resolve_output(path)
 
 
 def _outputs(scene: Scene) -> dict[str, Path]:

@@ -1,7 +1,9 @@
 """Test that no command overwrites its inputs or files of others."""
 
 import os
+import re
 
+import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.errors import InputError
@@ -89,11 +91,32 @@ def test_a_store_is_not_exported_through_a_missing_folder(tmp_path, chaincor, mo
     status, out, err = chaincor("store", "export", "s.sqlite", "nodir/../own.csv")
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert (tmp_path / "own.csv").read_text() == "x,y\n1,2\n"
-    # What chaincor table writes is always a new file.
-    (tmp_path / "t.table").write_text("T\nN 2\n\n1 1 0 1\n2 2 0 1\n")
-    status, _, err = chaincor("table", "t.table", "--write", "nodir/../own.csv")
-    assert status != 0
-    assert (tmp_path / "own.csv").read_text() == "x,y\n1,2\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        (("table", "t.table", "--write", "nodir/../mine/own"), "own"),
+        (("lessons", "-o", "nodir/../mine"), "1_first_collision.ipynb"),
+        (("inputs", "--particles", "2", "-o", "nodir/../mine"), "in.chain"),
+        (("inputs", "sweep.toml", "-o", "nodir/../mine"), "manifest.csv"),
+    ],
+)
+def test_new_files_replace_nothing_through_a_missing_folder(
+    tmp_path, chaincor, monkeypatch, command, name
+):
+    monkeypatch.chdir(tmp_path)
+    lengths = np.linspace(0.9, 1.1, 21)
+    rows = [f"{n} {r:.17g} {(r - 1) ** 2:.17g} {2 - 2 * r:.17g}" for n, r in enumerate(lengths, 1)]
+    (tmp_path / "t.table").write_text("T\nN 21\n\n" + "\n".join(rows) + "\n")
+    (tmp_path / "sweep.toml").write_text("[axes]\nparticles = [2]\n")
+    (tmp_path / "mine").mkdir()
+    own = tmp_path / "mine" / name
+    own.write_text("mine")
+    status, _, err = chaincor(*command)
+    assert (status, err.count("\n"), own.read_text()) == (2, 1, "mine")
+    assert re.search(rf"{name}'?( exists)? already", err)
+    assert [path.name for path in (tmp_path / "mine").iterdir()] == [name]
 
 
 @pytest.mark.parametrize("written", [".", "nodir/..", "link"])

@@ -25,6 +25,7 @@ def lessons(output: Path, solutions: bool, force: bool) -> None:
     write and show notebooks.
     """
     from chaincor.analysis.atomic_write import write_whole
+    from chaincor.analysis.output_paths import resolve_output
     from chaincor.lammps_inputs.errors import InputError
     from chaincor.workflows.lessons.notebooks import lesson_pages, notebook
     from chaincor.workflows.outputs import make_folder
@@ -33,7 +34,7 @@ def lessons(output: Path, solutions: bool, force: bool) -> None:
         output / f"{name}.ipynb": notebook(page, solutions=solutions)
         for name, page in lesson_pages().items()
     }
-    there = [path for path in made if path.exists()]
+    there = [path for path in made if resolve_output(path).exists()]
     if there and not force:
         raise InputError(
             f"{there[0]} exists already. Give a new folder, or replace the file with --force"

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from chaincor.analysis.atomic_write import made_folder, write_whole
+from chaincor.analysis.output_paths import resolve_folder
 from chaincor.lammps_inputs.errors import ChaincorError, InputError, one_line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere
@@ -65,8 +66,9 @@ def write_grid(
             "Write their jobs one by one, or run the sweep with `chaincor sweep`"
         )
     names = [folder_name(scene, axes, number) for number, scene in enumerate(scenes, 1)]
-    scripts = [path.name for path in folder.glob(f"submit*.{submission.scheduler}")]
-    present = [name for name in (MANIFEST, *scripts, *names) if (folder / name).exists()]
+    place = resolve_folder(folder)
+    scripts = [path.name for path in place.glob(f"submit*.{submission.scheduler}")]
+    present = [name for name in (MANIFEST, *scripts, *names) if (place / name).exists()]
     if present and not replace_existing:
         raise InputError(
             f"the folder {str(folder)!r} has {', '.join(present[:3])} already. Give another "

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.analysis.atomic_write import write_whole
+from chaincor.analysis.output_paths import resolve_output
 from chaincor.lammps_inputs.bonds.table_rows import spline_through
 from chaincor.lammps_inputs.bonds.table_text import section_text
 from chaincor.lammps_inputs.errors import InputError
@@ -24,7 +25,7 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
         raise InputError(
             f"{report.path!r} has no valid table to rewrite. Correct the faults of the file"
         )
-    if target.exists():
+    if resolve_output(target).exists():
         raise InputError(f"{str(target)!r} exists already. Give a new file for --write")
     section = in_order(read_table_sections(Path(report.path), report.keyword)[0])
     data = with_lengths_of_header(section, report.kind).data
