@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 @dataclass(frozen=True)
 class HarmonicCollision:
-    """Collision of a harmonic chain by modal propagation between located contacts."""
+    """Collision of a harmonic chain, computed by modes between located contacts."""
 
     particles: int
     impact_velocity: float
@@ -20,7 +20,7 @@ class HarmonicCollision:
     amplitudes: tuple  # Position and velocity right after each contact.
 
     def state(self, time):
-        """Return displacements and velocities; before the first contact the chain flies."""
+        """Return displacements and velocities; before the first contact, the chain moves freely."""
         n, v0 = self.particles, self.impact_velocity
         if time < 0.0:
             return np.full(n, -v0 * time), np.full(n, -v0)
@@ -31,7 +31,7 @@ class HarmonicCollision:
 
 
 def modes(n):
-    """Return shapes (columns) and frequencies from the definition, not from a transform."""
+    """Return mode shapes (columns) and frequencies from their definition, not from a transform."""
     i, j = np.meshgrid(np.arange(1, n + 1), np.arange(n), indexing="ij")
     # Whole numbers are reduced before the cosine, because an argument of 1500 would cost three
     # digits.
@@ -54,7 +54,7 @@ def find_crossing(end, omega, q, p, horizon):
 
 
 def collide_harmonic(n, v0=0.1):
-    """Never leave the amplitudes: going to positions and back at each contact costs digits."""
+    """Compute the collision in mode amplitudes alone: transforms at contacts would lose digits."""
     shapes, omega = modes(n)
     end = shapes[0]
     q, p, time = np.zeros(n), shapes.T @ np.full(n, -v0), 0.0
@@ -65,7 +65,8 @@ def collide_harmonic(n, v0=0.1):
         times.append(time)
         speeds.append(speed)
         amplitudes.append((q, p))
-        # Contacts are 1.5 to 6 apart in time. After the last contact, sound needs 2 n to return.
+        # Contacts are 1.5 to 6 time units apart. After the last contact, sound returns after a time
+        # 2 n.
         bracket = find_crossing(end, omega, q, p, 4.0) or find_crossing(
             end, omega, q, p, 2.2 * n + 10.0
         )
@@ -107,7 +108,7 @@ def frame_text(
 
 @dataclass(frozen=True)
 class DumpWriter:
-    """Writes the motion of a collision in any guise that a dump may have."""
+    """Writer of a collision in any form that a dump may have."""
 
     folder: Path
 
@@ -137,7 +138,7 @@ class DumpWriter:
             x = u + np.arange(n)
             low, high = (-10.0 - time, 200.0 + time) if moving_box else (-10.0, 200.0)
             images = np.zeros(n)
-            if wrap is not None:  # a periodic box from 0 on
+            if wrap is not None:  # a periodic box that starts at 0
                 low, high = 0.0, wrap
                 images = np.floor(x / wrap)
             wrapped = x - images * (high - low)
@@ -179,7 +180,7 @@ def dump_writer(tmp_path):
 
 @pytest.fixture
 def bounce(tmp_path):
-    """Return a function that writes three frames of a particle which comes with 0.1 and leaves."""
+    """Return a function that writes three frames of a particle that bounces off the wall."""
 
     def write(speed):
         states = enumerate([(0.15, -0.1), (0.05, -0.1), (0.05, speed)])

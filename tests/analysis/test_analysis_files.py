@@ -61,7 +61,7 @@ def test_report_draws_every_figure_and_says_what_it_shows(analysis, tmp_path, mo
         with Image.open(tmp_path / f"{name}.png") as image:
             assert image.size[0] == 1200
             assert "harmonic, n = 20" in image.text["Description"]
-            # Not blank: a figure has ink of many colours.
+            # A figure that is not blank has pixels of many colours.
             assert len(image.convert("RGB").getcolors(1_000_000)) > 20
 
 

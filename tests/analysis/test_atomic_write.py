@@ -42,7 +42,7 @@ def test_new_folders_go_if_the_work_in_them_fails(tmp_path, whole):
             (tmp_path / "old" / "a" / "b" / "half").touch()
         raise RuntimeError
     assert [path.name for path in tmp_path.rglob("*")] == ["old"]
-    # Complete files stay if a part of the work is useful.
+    # Complete files are kept if they are useful without the rest.
     with pytest.raises(RuntimeError), made_folder(tmp_path / "old" / "a"):  # noqa: PT012
         (tmp_path / "old" / "a" / "data").touch()
         raise RuntimeError
@@ -51,7 +51,7 @@ def test_new_folders_go_if_the_work_in_them_fails(tmp_path, whole):
 
 @pytest.mark.parametrize("source", [None, "/tmp/chaincor-1/dump.lammpstrj"])
 def test_a_full_disk_is_reported_with_the_requested_file(tmp_path, source):
-    """A write knows no name; a copy that fails is named after its source, on another disk."""
+    """Name the requested file, even if the system's error names no file or a temporary one."""
     with pytest.raises(OSError, match="No space left") as caught, written_aside(tmp_path / "a"):
         raise OSError(errno.ENOSPC, "No space left on device", source)
     assert caught.value.filename == str(tmp_path / "a")

@@ -36,8 +36,8 @@ def test_rounded_velocities_are_equal_within_their_rounding():
         ([-0.7, -0.4, -0.4], False, "moving"),
         ([-0.7, -0.4, -0.4], True, "moving"),
         ([0.7, -0.4, -0.4], True, "turned"),
-        # A particle away from the wall cannot just have been reflected. Another momentum means that
-        # it was reflected earlier.
+        # A particle away from the wall cannot just have been reflected. If the momentum has
+        # changed, the particle was reflected earlier.
         ([0.7, -0.4, -0.4], False, "late"),
         ([0.6, -0.4, -0.4], True, "late"),
     ],

@@ -13,11 +13,11 @@ from chaincor.lammps_inputs.errors import InputError
 def test_mean_and_its_two_errors():
     found = Distribution.of([1.0, 2.0, 3.0, 6.0], [0.1, 0.2, 0.3, 0.4])
     assert found.mean == 3.0
-    # The variance is 4 + 1 + 0 + 9 over three, and its error is divided by the root of four
-    # samples.
+    # The variance is (4 + 1 + 0 + 9)/3. The standard error is its square root divided by that of
+    # four samples.
     assert found.deviation == pytest.approx(math.sqrt(14.0 / 3.0), rel=1e-15)
     assert found.standard_error == pytest.approx(math.sqrt(14.0 / 12.0), rel=1e-15)
-    # All error bars may be off to the same side, so they do not average out.
+    # All errors may have the same sign, so that they do not average out.
     assert found.numerical_error == pytest.approx(0.25, rel=1e-15)
     assert found.samples_needed(math.sqrt(14.0 / 12.0)) == 4
     assert found.samples_needed(math.sqrt(14.0 / 12.0) / 3.0) == 36
@@ -38,7 +38,8 @@ def test_quantiles_are_within_their_intervals(count, probability):
     draws = np.random.default_rng(3).random((2000, count))
     found = [quantile(row, probability) for row in draws]
     held = np.mean([each.low <= probability <= each.high for each in found])
-    # At least 95 % must hold, and four standard errors of 2000 draws are 2 %.
+    # At least 95 % of intervals must cover the quantile. For 2000 draws, four standard errors are 2
+    # %.
     assert held > 0.93
     if count == 200:
         assert held < 0.99, "intervals are not wider than they need to be"
@@ -50,8 +51,8 @@ def test_wilson_intervals_hold_the_probability(probability):
     hits = np.random.default_rng(4).binomial(count, probability, 4000)
     ends = [wilson_interval(k, count) for k in range(count + 1)]
     held = np.mean([ends[k][0] <= probability <= ends[k][1] for k in hits])
-    # Wilson's interval holds on average over probabilities. For a single probability it is right
-    # within a few per cent.
+    # Averaged over probabilities, Wilson's interval has the right coverage. For a single
+    # probability, the coverage is right within a few per cent.
     assert 0.90 < held < 0.99
 
 

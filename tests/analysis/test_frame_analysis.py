@@ -27,7 +27,8 @@ def test_a_perfect_dump_gives_all_digits(harmonic20, dump_writer):
     u, v = harmonic20.state(TIMES[-1])
     assert analysis.restitution == float(restitution(v, analysis.velocity))
     assert analysis.restitution == pytest.approx(ETA20, abs=1e-11)
-    assert analysis.restitution_error is None  # One run does not show the error of its steps.
+    # A single run does not show the error of its time step.
+    assert analysis.restitution_error is None
     assert analysis.data_error < 1e-13
     np.testing.assert_array_equal(analysis.mode_energies, mode_energies(u, v))
     assert analysis.contacts == 17
@@ -45,7 +46,7 @@ def test_default_format_costs_the_digits_it_says(harmonic20, dump_writer):
     for bond in (None, Harmonic()):
         analysis = analyze(path, bond=bond, timestep=0.005)
         assert abs(analysis.restitution - ETA20) <= analysis.data_error
-        # Six digits of v0 and of a mean speed near v0 give an error of 2 e (5e-7 + e 5e-7)/0.1.
+        # With six digits of v0 and of a mean speed near v0, the error is 2 e (5e-7 + e 5e-7)/0.1.
         assert analysis.data_error < 2e-5
         assert analysis.contacts == 17
         assert has_caveat(analysis, "velocities are printed to 5e-06 of the impact speed")
@@ -98,8 +99,8 @@ def test_an_early_end_is_said(harmonic20, dump_writer):
         dump_writer.write(harmonic20, TIMES[:50]), bond=Harmonic(), end_argument=lambda *_: "argued"
     )
     assert has_caveat(unlikely, "does not rule out a contact after the last frame")
-    # In 20 particles, sound returns after 40. The frames end at 120, and the last contact is before
-    # 50.
+    # In a chain of 20 particles, sound returns after a time of 40. The last contact is before t =
+    # 50, and the frames end at t = 120.
     long = analyze(dump_writer.write(harmonic20, TIMES), bond=Harmonic())
     assert has_caveat(long, "nothing else shows that no later contact follows")
 

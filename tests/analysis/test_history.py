@@ -16,5 +16,5 @@ def test_thinned_is_an_even_choice_that_reaches_the_end(count, limit):
     if count and expected[-1] != count - 1:
         expected.append(count - 1)
     assert kept == expected
-    # The history is never thinner than needed, because half the stride would not fit.
+    # The stride is no larger than needed: with half the stride, the history would exceed the limit.
     assert thinned.stride == 1 or count > limit * thinned.stride // 2

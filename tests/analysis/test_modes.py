@@ -18,7 +18,7 @@ from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 
 
 def naive_energies(u, v, stiffness):
-    """Sum over particles mode by mode, in O(n^2)."""
+    """Return the mode energies by sums over particles for each mode, in O(n^2)."""
     n = len(u)
     energies = np.zeros(n)
     for j in range(n):
@@ -34,7 +34,7 @@ def test_mode_energies_agree_with_the_sum_over_particles(n, seed, stiffness):
     rng = np.random.default_rng(seed)
     u, v = rng.normal(size=(2, n))
     fast = mode_energies(u, v, stiffness)
-    # Both are sums of n products of order one.
+    # Both results are sums of n products of size about one.
     np.testing.assert_allclose(
         fast, naive_energies(u, v, stiffness), atol=1e-13 * n * stiffness + 1e-14
     )
@@ -50,9 +50,9 @@ def test_modes_of_unequal_masses_are_those_of_the_dense_eigenproblem(n, seed, st
     squares, shapes = np.linalg.eigh(spring / np.outer(root, root))
     squares = np.maximum(squares, 0.0)
     dense = 0.5 * ((shapes.T @ (root * v)) ** 2 + squares * (shapes.T @ (root * u)) ** 2)
-    # Eigenvalues are exact to some n eps of the largest one, 4 k/min(m), and shapes to this over
-    # the gap to the next eigenvalue. With random masses, eigenvalues may lie close, but sums over
-    # all modes are not affected.
+    # Eigenvalues have errors of some n eps times the largest eigenvalue, 4 k/min(m). Mode shapes
+    # have this error divided by the difference to the next eigenvalue. With random masses,
+    # eigenvalues may be close to each other, but sums over all modes are not affected.
     np.testing.assert_allclose(
         mode_frequencies(n, stiffness, masses) ** 2, squares, atol=1e-13 * n * stiffness
     )
@@ -62,7 +62,8 @@ def test_modes_of_unequal_masses_are_those_of_the_dense_eigenproblem(n, seed, st
     assert fast[0] == pytest.approx(float(split.translation), rel=1e-12)
     gaps = np.diff(squares).min(initial=1.0)
     if gaps > 1e-3:
-        # Shapes mix by n eps |K|/gap < 1e-13 n 10/1e-3, and energies are up to 2 |K| n times this.
+        # Shapes mix by n eps |K|/gap < 1e-13 n 10/1e-3, and energies have an error of up to 2 |K| n
+        # times this.
         np.testing.assert_allclose(mode_energies(u, v, stiffness, masses), dense, atol=1e-7 * n)
 
 
@@ -71,8 +72,8 @@ def test_equal_masses_are_the_transform_to_the_bit():
     np.testing.assert_array_equal(mode_energies(u, v, 1.0, np.ones(9)), mode_energies(u, v))
     np.testing.assert_array_equal(mode_frequencies(9, 2.0, np.ones(9)), mode_frequencies(9, 2.0))
     np.testing.assert_array_equal(restitution(v, 0.1, np.ones(9)), restitution(v, 0.1))
-    # Twice the mass has the effect of half the stiffness: frequencies change by sqrt(2), energies
-    # by 2.
+    # Twice the mass has the effect of half the stiffness: frequencies change by a factor of
+    # sqrt(2), energies by a factor of 2.
     np.testing.assert_allclose(
         mode_energies(u, v, 1.0, np.full(9, 2.0)), 2.0 * mode_energies(u, v, 0.5), rtol=1e-14
     )
@@ -98,13 +99,14 @@ def test_amplitudes_are_orthonormal_and_frequencies_solve_the_chain():
 
 
 def test_translation_costs_no_digits():
-    """A shift of 1e6 bond lengths leaves energies of order 1e-12 as they are."""
+    """Shift the chain by 1e6 bond lengths, which must not change energies of about 1e-12."""
     rng = np.random.default_rng(3)
     strains = 1e-6 * rng.normal(size=63)
     u = np.concatenate(([0.0], np.cumsum(strains)))
     exact = mode_energies(u, np.zeros(64))
-    # The shift itself rounds u to 1e-10 (the spacing at 1e6) and strains to a relative 1e-4. A
-    # power of two keeps them on a grid of 2^-30, which is chosen beforehand.
+    # A shift by 1e6 would round u to 1e-10, the spacing of numbers there, and strains to a relative
+    # 1e-4. Displacements are therefore on a grid of 2^-30, which a shift by a power of two
+    # preserves.
     grid = np.round(u * 2.0**30) / 2.0**30
     np.testing.assert_array_equal(
         mode_energies(grid + 2.0**20, np.zeros(64)), mode_energies(grid, np.zeros(64))
@@ -122,7 +124,7 @@ def test_anharmonic_remainder_completes_the_vibrational_energy():
 
 
 def test_harmonic_chain_of_500(harmonic500):
-    """Must show 2: modes give the vibrational energy and 1 - eta; contacts as in the paper."""
+    """Require that modes give the vibrational energy and 1 - eta, and the paper's contacts."""
     u, v = harmonic500.state(harmonic500.contact_times[-1])
     energy = 0.5 * 500 * 0.1**2
     energies = mode_energies(u, v)
@@ -142,8 +144,8 @@ def test_harmonic_chain_of_500(harmonic500):
     np.testing.assert_allclose(from_contacts, energies[1:], atol=1e-11 * energy)
 
 
-# Light ends vibrate independently, above all other frequencies. Two light particles at each end do
-# so in several ways.
+# Light ends vibrate independently, above all other frequencies. Two light particles at each end
+# have several such modes.
 LIGHT_ENDS = {
     "one": (np.concatenate(([1.0], np.full(58, 10.0), [1.0])), [(58, 59)]),
     "two": (np.concatenate(([1.0, 1.0], np.full(60, 10.0), [1.0, 1.0])), [(60, 61), (62, 63)]),
@@ -152,7 +154,7 @@ LIGHT_ENDS = {
 
 @pytest.mark.parametrize("ends", LIGHT_ENDS)
 def test_energies_do_not_hang_on_the_last_digit_of_a_mass(ends):
-    """Modes of frequencies that agree to rounding share their energies."""
+    """Require that modes whose frequencies agree to rounding get equal energies."""
     masses, groups = LIGHT_ENDS[ends]
     n = masses.size
     random = np.random.default_rng(1)

@@ -25,7 +25,7 @@ def states(path):
 def test_scaled_positions_follow_the_bounds_of_their_own_frame(harmonic20, dump_writer):
     path = dump_writer.write(harmonic20, TIMES, columns="id xs vx v_time", moving_box=True)
     for state, time in zip(states(path), TIMES, strict=True):
-        # In a box of 210 to 390, x is exact to some eps of 390.
+        # In boxes of length 210 to 390, x is exact to some eps times 390.
         np.testing.assert_allclose(state.displacements, harmonic20.state(time)[0], atol=1e-12)
 
 
@@ -33,7 +33,7 @@ def test_scaled_positions_follow_the_bounds_of_their_own_frame(harmonic20, dump_
     "columns", ["id x ix vx v_time", "id xs ix vx v_time", "id x xu vx v_time"]
 )
 def test_wrapped_positions_are_unwrapped(harmonic20, dump_writer, columns):
-    """A box of 21 holds the chain at rest; leaving, it goes round."""
+    """Use a box of length 21, which the rebounding chain leaves through a periodic boundary."""
     path = dump_writer.write(harmonic20, TIMES, columns=columns, wrap=21.0, box="pp pp pp")
     for state, time in zip(states(path), TIMES, strict=True):
         np.testing.assert_allclose(state.displacements, harmonic20.state(time)[0], atol=1e-12)
@@ -55,7 +55,7 @@ def test_scaled_positions_in_a_tilted_box_are_refused(harmonic20, dump_writer):
 
 
 def test_displacements_of_another_origin_are_refused(harmonic20, dump_writer):
-    """As `compute displace/atom` gives them: from where each particle was, not from the wall."""
+    """Use displacements from initial positions, which `compute displace/atom` gives."""
     path = dump_writer.write(harmonic20, TIMES, columns="id x vx v_displacement v_time")
     lines = path.read_text().splitlines()
     rows = [line.split() for line in lines]
@@ -87,7 +87,7 @@ def test_other_units_are_refused(harmonic20, dump_writer):
     (path.parent / "in.mine").write_text("units metal\natom_style bond\nrun 1\n")
     with pytest.raises(InputError, match="sets units metal"):
         analyze_job(find_job(path.parent))
-    # A log repeats a command with the value of its variable, while a script does not.
+    # A log has the command with the value of its variable; a script has the name of the variable.
     (path.parent / "in.mine").write_text("units ${u}\natom_style bond\nrun 1\n")
     assert analyze_job(find_job(path.parent)).restitution == pytest.approx(ETA20, abs=1e-11)
     (path.parent / "log.lammps").write_text("LAMMPS (22 Jul 2025)\nunits ${u}\nunits real\n")
@@ -110,7 +110,7 @@ def test_a_timestep_for_a_dump_that_carries_the_time_is_refused(harmonic20, dump
 
 
 def test_digits_are_those_of_velocities_a_decade_above_the_impact(dump_writer):
-    """Printed with six digits, 0.0999 is ten times as fine as the 0.11 that particles reach."""
+    """Print six digits: the last digit of 0.0999 is ten times finer than that of 0.11."""
     collision = collide_harmonic(20, 0.0999)
     path = dump_writer.write(collision, np.arange(-3.0, 120.0, 0.25), "x", "id x vx", "%g")
     for bond in (None, Harmonic()):
@@ -135,7 +135,7 @@ def test_restitution_above_one_is_a_contradiction(bounce):
 
 
 def test_momentum_that_rises_far_from_the_wall_is_a_contradiction(harmonic20, dump_writer):
-    """The same collision half a chain away from where the wall is said to be."""
+    """Analyse a collision that happens half a chain away from the stated wall position."""
     path = dump_writer.write(harmonic20, np.arange(-3.0, 90.0, 0.25), columns="id x vx v_time")
     lines = [line.split() for line in path.read_text().splitlines()]
     moved = [

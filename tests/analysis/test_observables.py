@@ -1,4 +1,4 @@
-"""Test the list of observables, and the outputs generated from it."""
+"""Test the list of observables, and the outputs that are generated from this list."""
 
 import dataclasses
 import re
@@ -88,7 +88,7 @@ def test_attributes_json_arrays_and_columns_are_those_of_the_list(result, tmp_pa
     assert usual <= set(result.to_dict()) <= names
     assert set(result.arrays()) <= {each.name for each in OF_RUNS if each.is_array}
     scalars = {each.name for each in OF_RUNS if each.kind in ("int", "float", "bool", "str")}
-    # The constants of the contact show whether the bodies are soft.
+    # The contact's constants are given only for soft bodies.
     assert scalars - {"contact"} <= set(PLAIN_COLUMNS)
     path = tmp_path / "s.db"
     collide([result.scene], store=path, workers=1, progress=False)
@@ -99,8 +99,8 @@ def test_attributes_json_arrays_and_columns_are_those_of_the_list(result, tmp_pa
 
 
 def test_a_store_of_an_older_version_is_read(tmp_path):
-    # These results were written before results were generated from the list, for a wall and for a
-    # free target.
+    # These results, for a wall and for a free target, were stored before results were generated
+    # from the list.
     text = (Path(__file__).parent / "store_of_november_2026.sql").read_text()
     path = tmp_path / "old.db"
     with sqlite3.connect(path) as connection:
@@ -124,7 +124,7 @@ def test_lammps_tells_the_number_of_the_reference_engine():
     found = collide(Scene(particles=3, tolerance=1e-6))
     exact = collide(Scene(particles=3, tolerance=1e-10, engine="reference"))
     plain = found.to_dict()
-    # The smaller error bar also holds, so it is used.
+    # The reference run has the smaller error bar.
     off = abs(plain["reference_restitution"] - exact.restitution)
     assert off <= plain["reference_error"] + exact.restitution_error
     assert 0.0 < plain["reference_error"] < found.restitution_error
@@ -151,8 +151,7 @@ def test_the_row_before_the_closing_lines_is_the_number_of_the_reference_engine(
 def test_the_bar_of_the_stock_wall_is_called_statistical(result):
     stock = dataclasses.replace(result, wall="reflect", restitution_error=1e-3)
     assert dict(rows_of(stock))["restitution (energy)"].endswith(", statistical bar, 99.5 %")
-    # Without an error bar there is nothing to qualify. The event wall's error bar is not
-    # statistical.
+    # Only the error bar of the stock wall is statistical.
     for other in ({"restitution_error": None}, {"wall": "event"}):
         assert "statistical" not in rows_of(dataclasses.replace(stock, **other))[0][1]
 
@@ -170,13 +169,13 @@ def test_the_time_of_the_last_contact_has_a_bar():
     off = abs(found.last_contact_time - exact.last_contact_time)
     assert 0.0 < off <= found.last_contact_error + exact.last_contact_error
     assert found.to_dict()["last_contact_error"] == found.last_contact_error
-    # There is no other run for a comparison.
+    # Without error estimate, there is no second run to compare with.
     alone = collide(Scene(particles=3, scheme="verlet", timestep=0.01, error=False))
     assert alone.last_contact_error is None
 
 
 def test_runs_that_differ_in_contacts_give_their_range():
-    # A step of 0.4 adds a contact that the run at half the step does not have.
+    # The run at step 0.4 has a contact that the run at half the step does not have.
     found = collide(Scene(particles=50, scheme="verlet", timestep=0.4, engine="reference"))
     exact = collide(Scene(particles=50, tolerance=1e-6, engine="reference"))
     low, high = found.contacts_range

@@ -14,7 +14,7 @@ IDS = [f"{b.name}-{b.anharmonic_order}" for b in BONDS]
 
 
 def integrate_pair(bond, v0):
-    """Time until s = 0 again, from the equation of motion s'' = -2 U'(s)."""
+    """Return the time until s = 0 again, from the equation of motion s'' = -2 U'(s)."""
 
     def closed(_t, y):
         return y[0]
@@ -53,14 +53,14 @@ def test_slope_is_the_limit_of_the_quadrature(bond):
         interval = pair_interval(bond, v * bond.natural_speed)
         return (1.0 - interval * math.sqrt(2.0) / math.pi) / v**order
 
-    # One Richardson step removes the next term, of relative order v. The rest is v^2 and rounding,
-    # 1e-15/v^order.
+    # One Richardson step removes the next term, which is proportional to v. Terms in v^2 and
+    # rounding errors, 1e-15/v^order, remain.
     limit = 2.0 * slope(0.5 * speed) - slope(speed)
     assert pair_interval_slope(bond) == pytest.approx(limit, rel=20.0 * speed**2)
 
 
 def test_lj_slope_is_0_8098():
-    """Closed form for order 3: alpha = (4 sqrt(2)/pi) |c| v*, c = -7/2; the paper has 0.808."""
+    """Compare with alpha = (4 sqrt(2)/pi) |c| v*, c = -7/2, and with the paper's 0.808."""
     alpha = pair_interval_slope(LennardJones())
     closed_form = 4.0 * math.sqrt(2.0) / math.pi * 3.5 * LennardJones().natural_speed
     assert alpha == pytest.approx(closed_form, rel=1e-8)
@@ -71,7 +71,7 @@ def test_anharmonic_coefficients():
     assert anharmonic_coefficient(LennardJones()) == pytest.approx(-3.5, rel=1e-8)
     assert anharmonic_coefficient(Toda(4.0)) == pytest.approx(-4.0 / 6.0, rel=1e-8)
     assert anharmonic_coefficient(Power(6, 0.7)) == pytest.approx(0.7, rel=1e-8)
-    # The test includes steep bonds, whose higher terms matter at strains of 1/b.
+    # Steep bonds are included, whose higher terms matter at strains of 1/b.
     assert anharmonic_coefficient(Toda(1000.0)) == pytest.approx(-1000.0 / 6.0, rel=1e-8)
     assert anharmonic_coefficient(Morse(60.0)) == pytest.approx(-30.0, rel=1e-8)
 

@@ -24,14 +24,14 @@ def test_energy_split_adds_up_to_the_energy_of_all_parts(n, seed):
     u, v = 0.02 * rng.normal(size=(3, n)), rng.normal(size=(3, n))
     split = energy_split(u, v, LennardJones())
     bonds = np.array([sum(float(LennardJones().energy(s)) for s in np.diff(row)) for row in u])
-    # Sums of n terms of order one: n roundings of 1e-16 each.
+    # Sums of n terms of size about one have n rounding errors of 1e-16.
     np.testing.assert_allclose(split.total, 0.5 * (v**2).sum(axis=1) + bonds, rtol=1e-13)
     np.testing.assert_allclose(split.translation, v.sum(axis=1) ** 2 / (2 * n), rtol=1e-13)
 
 
 def test_momentum_balances_the_contacts(harmonic20):
     _, v = harmonic20.state(60.0)
-    # 17 contacts and 20 velocities of order v0, each located to 1e-14.
+    # There are 17 contacts, located to 1e-14, and 20 velocities near v0.
     assert abs(momentum_residual(v, 0.1, harmonic20.contact_speeds)) < 1e-13
     one_missing = momentum_residual(v, 0.1, harmonic20.contact_speeds[1:])
     assert one_missing == pytest.approx(2.0 / 20.0, abs=1e-13)

@@ -1,4 +1,4 @@
-"""Test the error of a run from its log or from a run at another step, or null."""
+"""Test that the error of a run comes from its log or from a run at another step, or is null."""
 
 import json
 import shutil
@@ -19,7 +19,7 @@ from chaincor.workflows.job_analysis.analyze import analyze
 from chaincor.workflows.job_analysis.description import describe_analysis
 from tests.lmp import run_lmp
 
-# These jobs do not print an error, so runs at other steps must give it.
+# These jobs print no error; runs at other steps must give the error.
 SCENE = Scene(
     potential="harmonic", particles=7, velocity=0.2, scheme="verlet", timestep=0.02, error=False
 )
@@ -47,18 +47,18 @@ def test_two_steps_in_a_tree_tell_the_error(tmp_path, reference_value, wall, cha
     scene = SCENE.replace(wall=wall)
     run_job(scene, tmp_path / "coarse")
     fine = run_job(scene.replace(timestep=0.01), tmp_path / "fine")
-    # The screen output of lmp looks like a log and must not hide the step of the script.
+    # The screen output of lmp looks like a log; it must not hide the time step in the script.
     (fine / "out.txt").write_text("LAMMPS (22 Jul 2025)\nReading data file ...\n")
     status, out, _ = chaincor("analyze", tmp_path, "--json")
     result = json.loads(out)
     assert status == 0
     error = abs(result["restitution"] - reference_value)
-    # Verlet steps with located impacts have errors of 1e-6 to 1e-5 here, and the stock wall of 1e-3
-    # to 1e-2.
+    # Here, Verlet steps with located impacts have errors of 1e-6 to 1e-5, and with the stock wall
+    # of 1e-3 to 1e-2.
     assert result["data_error"] < 1e-12 < error
     assert error <= result["restitution_error"] < (1e-3 if wall == "event" else 0.2)
     assert not any("restitution_error is unknown" in caveat for caveat in result["caveats"])
-    # The number is that of the run with the finer step.
+    # The restitution comes from the run with the finer step.
     alone = analyze_folder(fine)
     assert result["restitution"] == alone.restitution
     assert alone.restitution_error is None
@@ -74,7 +74,7 @@ def test_a_job_with_another_step_below_it(tmp_path, reference_value):
 
 
 def test_steps_are_compared_in_the_units_of_the_chain(tmp_path, reference_value):
-    """Of two runs in different units the numbers of the steps say nothing."""
+    """Compare time steps in chain units, because runs in different units have different numbers."""
     metal = UnitSystem(3.8, 40.0, 0.05, "metal")  # a time unit of the chain is 0.29 ps
     alike, metals, reduced = tmp_path / "alike", tmp_path / "metals", tmp_path / "reduced"
     run_job(SCENE, alike / "a")
@@ -86,7 +86,7 @@ def test_steps_are_compared_in_the_units_of_the_chain(tmp_path, reference_value)
     found = analyze_folder(metals)
     assert found.job.dump.parent == metals / "b"
     assert abs(found.restitution - reference_value) <= found.restitution_error
-    # Lengths of 3.8 are rounded differently, which changes eta by about 1e-15.
+    # Bond lengths of 3.8 round differently from 1, which changes eta by about 1e-15.
     assert found.restitution_error == pytest.approx(
         analyze_folder(reduced).restitution_error, rel=1e-6
     )
@@ -99,7 +99,7 @@ def test_what_the_run_itself_has_printed_is_its_error(tmp_path, reference_value)
     assert found.restitution_error == printed["restitution_error"] + found.data_error
     assert abs(found.restitution - reference_value) <= found.restitution_error < 1e-3
     assert "printed in log.lammps" in found.caveats[-1]
-    # This job knows more than a second run whose log has no error.
+    # The error in this log is better than a comparison with a second run.
     run_job(SCENE.replace(timestep=0.04), job / "coarse")
     again = analyze_folder(job)
     assert again.restitution_error == found.restitution_error
@@ -125,14 +125,15 @@ def test_two_bodies_have_the_error_of_their_log(tmp_path):
 
 
 def test_drift_after_the_last_contact_is_not_that_of_the_run(tmp_path):
-    """A job of composed steps waits for the end in Verlet steps; its last frame is one of them."""
+    """Use a job of composed steps, which waits for the end with less accurate Verlet steps."""
     found = analyze_folder(run_job(COMPOSED, tmp_path / "job"))
     assert abs(found.energy_drift) > 1e-6 > found.restitution_error
     assert not any("the run is no more accurate" in caveat for caveat in found.caveats)
     said = [caveat for caveat in found.caveats if "the energy changes by" in caveat]
     assert len(said) == 1
     assert "after the last contact; restitution is unaffected" in said[0]
-    # A drift in the collision itself belongs to the run, at whatever times it has frames.
+    # An energy drift before the last contact is reported for the run, whatever the times of its
+    # frames.
     coarse = COMPOSED.replace(scheme="verlet", timestep=0.1)
     found = analyze_folder(run_job(coarse, tmp_path / "coarse"))
     assert any("the run is no more accurate" in caveat for caveat in found.caveats)

@@ -27,7 +27,8 @@ def test_coefficient_of_the_law_is_its_integral():
     def integrand(y):
         return math.sin(y**3) ** 2 / y**2 if y else 0.0
 
-    # The tail beyond y = 12 averages to 1/(2 y) = 0.0417, and its oscillation to 1e-4 of that.
+    # The average of the tail beyond y = 12 is 1/(2 y) = 0.0417; its oscillation contributes 1e-4
+    # times this.
     value = quad(integrand, 0.0, 12.0, limit=3000)[0] + 0.5 / 12.0
     expected = 8.0 / math.pi**2 * math.pi / 24.0 ** (1 / 3) * value
     assert pytest.approx(expected, abs=2e-5) == HARMONIC_DISSIPATION_COEFFICIENT
@@ -35,14 +36,14 @@ def test_coefficient_of_the_law_is_its_integral():
 
 
 def test_law_is_the_limit_of_basile_dumont():
-    """The sum over j minus its integral falls as n^(-1/3): 1.5 % at 2000, 0.4 % at 2e5."""
+    """Allow the sum over j to differ from its integral by n^(-1/3): 1.5 % at 2000, 0.4 % at 2e5."""
     for n, tolerance in ((2_000, 0.02), (200_000, 0.005)):
         share = basile_dumont_energies(n).sum() / (0.5 * n)
         assert share == pytest.approx(float(harmonic_dissipation_law(n)), rel=tolerance)
 
 
 def test_equal_contacts_are_a_list_of_equal_contacts():
-    """f must be whole for this: the formula is the geometric sum of the general one."""
+    """Compare the general formula with its geometric sum for equal contacts; f must be whole."""
     n, f, interval, speed = 30, 26, 2.3, 0.115
     expected = contact_mode_energies(n, interval * np.arange(f), np.full(f, speed))
     given = basile_dumont_energies(n, 0.1, interval, f, speed)
@@ -59,11 +60,11 @@ def test_default_is_the_chain_of_two():
 
 
 def test_low_speed_slope_is_that_of_the_formula():
-    """Shortening the interval by alpha v adds 4 alpha v to the dissipation, for large n."""
+    """Shorten the interval by alpha v, which adds 4 alpha v to the dissipation for large n."""
     n, alpha, v = 400_000, pair_interval_slope(LennardJones()), 0.01
     shortened = basile_dumont_energies(n, interval=PAIR_INTERVAL * (1.0 - alpha * v))
-    # The harmonic part, 0.65 n^(-2/3) = 1e-4, is small against 4 alpha v = 0.032, and the sum
-    # over whole j approaches the integral as 1/(alpha v n).
+    # The harmonic part, 0.65 n^(-2/3) = 1e-4, is small compared with 4 alpha v = 0.032. The sum
+    # over integers j approaches the integral as 1/(alpha v n).
     assert shortened.sum() / (0.5 * n) == pytest.approx(
         low_speed_dissipation_slope(alpha) * v, rel=0.03
     )
@@ -90,7 +91,7 @@ def test_hard_spheres_by_sorting_velocities():
 
 def test_the_limit_of_harmonic_chains_is_that_of_an_airy_front():
     limit = harmonic_dissipation_limit()
-    # The reference is a quadrature of the wall's force from its definition, 1 - 2 F up to its end.
+    # The reference is a quadrature of the wall's force, 1 - 2 F, up to the end of the contact.
     z = np.linspace(-3.0, 30.0, 330_001)
     tail = 1.0 - cumulative_trapezoid(airy(z)[0], z, initial=0.0)
     tail += (1.0 / 3.0) - np.interp(0.0, z, tail)

@@ -1,4 +1,4 @@
-"""Test that dumps of two bodies are analysed, however the bodies are distinguished."""
+"""Test that dumps of two bodies are analysed, for each way to distinguish the bodies."""
 
 import json
 from dataclasses import replace
@@ -40,7 +40,7 @@ def states(result):
 
 
 def write_dump(path, frames, columns, *, shift=0.0, order=None, masses=None):
-    """Write frames as LAMMPS does; `order` are the ids of the particles, the chain's first."""
+    """Write frames as LAMMPS does; `order` lists the ids of the particles, the chain first."""
     n, targets = frames.displacements.shape[1], frames.targets
     ids = np.arange(1, n + targets + 1) if order is None else np.asarray(order)
     text = []
@@ -81,7 +81,7 @@ def check(found, result):
     assert found.target.velocity_after == pytest.approx(result.target_velocity_after, rel=1e-10)
     assert found.target.masses.tolist() == SCENE.line.target_masses.tolist()
     assert found.momentum_residual < 1e-13
-    # Seventeen digits are printed, of which the first frame shows at least 15.
+    # Seventeen digits are printed; trailing zeros leave at least 15 digits in the first frame.
     assert found.data_error < 1e-11
     # In a Toda chain, harmonic modes exchange energy with each other, but not with the translation.
     assert found.mode_energies[0] == pytest.approx(result.translational_energy, rel=1e-9)
@@ -103,7 +103,7 @@ def test_our_own_dump(result, states, tmp_path):
 
 
 def test_a_dump_of_bodies_that_differ_by_position_alone(result, states, tmp_path):
-    # Ids may have any order. At first the bodies are apart.
+    # Ids may have any order. In the first frame, the bodies are apart.
     order = [7, 2, 9, 4, 1, 6, 3, 8, 5]
     job = write_dump(
         tmp_path / "d", states, ("id", "x", "vx", "mass"), shift=0.5, order=order, masses=MASSES
@@ -114,8 +114,8 @@ def test_a_dump_of_bodies_that_differ_by_position_alone(result, states, tmp_path
     check(found, result)
     assert found.energy_end is None
     assert any("the bond is unknown" in caveat for caveat in found.caveats)
-    # The dump has no time. The step follows from the flight of the chain's last particle, which is
-    # free until arriving sound has changed its velocity by 1e-5 of it.
+    # The dump has no time. The time step follows from the flight of the chain's last particle. Its
+    # flight is free until sound has changed its velocity by a relative 1e-5.
     assert found.timestep == pytest.approx(0.5, rel=1e-6)
 
 
@@ -168,12 +168,13 @@ def test_contacts_are_those_of_the_run(result, states, tmp_path, bond):
     job = write_dump(tmp_path / "d", states, FULL, masses=MASSES)
     found = analyze_job(job, bond=bond)
     if bond is None:
-        # Frames that are half a time unit apart show for some pairs only that a contact occurred.
+        # With frames half a time unit apart, some pairs of frames show only that a contact
+        # occurred.
         assert found.contact_statistics.count <= result.contacts
         return
     assert found.contacts == result.contacts
     assert found.detection.method == "reintegration"
-    # The motion is integrated to 1e-12 from states that have the run's tolerance of 1e-8.
+    # The analysis integrates to 1e-12 from states with the run's tolerance of 1e-8.
     assert found.contact_times == pytest.approx(result.contact_times, abs=1e-6)
     assert found.contact_speeds == pytest.approx(result.contact_speeds, rel=1e-5, abs=1e-7)
 
@@ -200,7 +201,8 @@ def test_the_command_tells_and_draws_both_bodies(result, states, tmp_path, chain
     drawn = {path.stem for path in out.glob("*.png")}
     assert {"trajectories", "contacts", "energy", "target_spectrum"} <= drawn
     assert "a free target of 4" in (out / "analysis.html").read_text(encoding="utf-8")
-    # The number is the relative translational energy after the last contact over that at impact.
+    # Restitution is the relative translational energy after the last contact divided by that at
+    # impact.
     rows = np.genfromtxt(out / "history.csv", delimiter=",", names=True)
     before = 0.5 * SCENE.line.reduced_mass * SCENE.impact_velocity**2
     assert rows["translation"][-1] == pytest.approx(result.restitution * before, rel=1e-9)

@@ -1,4 +1,4 @@
-"""Build a job with two kinds of particles, run it by LAMMPS, and give its exact restitution."""
+"""Build a job with two kinds of particles, run it in LAMMPS, and compute its exact restitution."""
 
 import re
 from pathlib import Path
@@ -17,7 +17,7 @@ COLUMNS = "id type mass x vx v_displacement v_time"
 
 
 def run_two_masses(folder: Path, timestep: float = 0.01) -> float:
-    """Run 20 particles of masses 1, 10, 1, ... in turn; return what LAMMPS calls restitution."""
+    """Run 20 particles of masses 1, 10, 1, ...; return the restitution that LAMMPS prints."""
     scene = Scene(
         potential="harmonic",
         particles=PARTICLES,
@@ -38,8 +38,8 @@ def run_two_masses(folder: Path, timestep: float = 0.01) -> float:
     (folder / "chain.data").write_text(data)
     script = (folder / "in.chain").read_text()
     script = script.replace("id type x y z vx vy vz v_displacement v_time", COLUMNS)
-    # The script's argument for the end assumes equal masses, so the run goes on for longer than
-    # sound needs.
+    # The script's argument for the end assumes equal masses. The run therefore continues for longer
+    # than the round trip of sound.
     further = f"label           over\nrun {round(100.0 / timestep)} pre no post no"
     (folder / "in.chain").write_text(script.replace("label           over", further))
     # LAMMPS itself weights vcm(all,x) by mass.
@@ -47,7 +47,7 @@ def run_two_masses(folder: Path, timestep: float = 0.01) -> float:
 
 
 def keep_columns(dump: Path, columns: str) -> None:
-    """Rewrite a dump with some of its columns only, or with others added as constants."""
+    """Rewrite a dump with some of its columns, and with constants as further columns."""
     lines = []
     places: list[int] = []
     for line in dump.read_text().splitlines():
@@ -67,7 +67,7 @@ def keep_columns(dump: Path, columns: str) -> None:
 
 
 def exact_restitution() -> float:
-    """Integrate the same collision with located contacts, by SciPy; independent of the package."""
+    """Integrate the same collision by SciPy with located contacts, independently of the package."""
     n = PARTICLES
     state = np.concatenate((np.zeros(n), np.full(n, -VELOCITY)))
     state[n] = VELOCITY
@@ -85,7 +85,7 @@ def exact_restitution() -> float:
 
     distance.terminal = True
     distance.direction = -1
-    # The last contact is at 93; sound crosses and returns in 2 n sqrt(5.5) = 94.
+    # The last contact is at t = 93; the round trip of sound takes 2 n sqrt(5.5) = 94.
     while time < 200.0:
         path = solve_ivp(
             motion, (time, 200.0), state, method="DOP853", rtol=1e-11, atol=1e-13, events=distance

@@ -1,4 +1,4 @@
-"""Test that new scenes agree with the measured constants, and that the file is complete."""
+"""Test that new scenes agree with the measured constants, and that their file is complete."""
 
 import numpy as np
 import pytest
@@ -9,10 +9,10 @@ from chaincor.workflows.accuracy.bounded_run import PROOF_SHARE
 from chaincor.workflows.engines.rounding import ARITHMETIC_FLOOR, COORDINATE_ROUNDING
 from chaincor.workflows.measured import measured, measurements
 
-# This seed is that of no file, so the scenes are new to the constant.
+# No file uses this seed, so the constants were not measured with these scenes.
 SEED = 99
-# These studies take seconds. A quantile of at least 0.98 with its safety factor covers a few
-# scenes.
+# These studies take seconds. A quantile of at least 0.98, times its safety factor, covers the few
+# scenes of the test.
 QUICK = {
     "proof_share": (3, PROOF_SHARE),
     "coordinate_rounding": (3, COORDINATE_ROUNDING),
@@ -68,7 +68,7 @@ def test_a_table_of_schemes_is_the_cheapest_that_never_goes_back():
     table, loss = best_table({1e-2: losses("a"), 1e-3: losses("a"), 1e-4: losses("c")})
     assert table == {"a": 3e-4, "c": 0.0}
     assert loss == 1.0
-    # A single target out of order is ignored.
+    # A single target error that is out of order is ignored.
     table, loss = best_table({10.0**-k: losses("ac"[k == 5]) for k in range(2, 9)})
     assert table == {"a": 0.0}
     assert loss == pytest.approx(np.exp(1.0 / 7.0))

@@ -37,8 +37,8 @@ def test_bars_of_lammps_hold_what_was_proved(name, tolerance):
 @pytest.mark.parametrize("name", ["lj-5-0.0625", "harmonic-10-0.125", "log-10-0.25-target"])
 def test_a_wrong_number_is_refused(name):
     found = collide(BY_NAME[name].scene(engine="reference", tolerance=1e-9))
-    # The wrong number differs by more than the sum of its error bar and the enclosure, to either
-    # side.
+    # The wrong restitution is above or below the right one by more than the sum of its error bar
+    # and the enclosure.
     for sign in (1, -1):
         wrong = found.restitution + sign * 2.5 * found.restitution_error
         assert ROWS[name].refutes(wrong, found.restitution_error)
@@ -54,7 +54,7 @@ def test_the_proof_can_be_run_again(name):
     assert again.contacts == kept.contacts
 
 
-# U'(s) is written down again for the check.
+# The check has its own formulas for U'(s).
 FORCES = {
     "harmonic": lambda s: s,
     "lj": lambda s: ((1 + s) ** -7 - (1 + s) ** -13) / 6,
@@ -94,7 +94,8 @@ def test_a_step_encloses_the_motion_that_another_integrator_finds(potential):
         start = [mpmath.mpf(text) for text in ("0.25", *strains, *velocities)]
         exact = mpmath.odefun(rates, 0, start, tol=mpmath.mpf(10) ** -36)(length)
         for ball, value in zip(enclosed, exact, strict=True):
-            # The limit is the ball's radius plus the error of the other integrator.
+            # The tolerance is the radius of the enclosing ball plus the error of the other
+            # integrator.
             room = ball + flint.arb(0, "1e-34")
             assert room.contains(flint.arb(mpmath.nstr(value, 45)))
             assert float(ball.rad()) < 1e-30

@@ -1,4 +1,4 @@
-"""Test that the history of the benchmarks is read back and names what became slower."""
+"""Test that the history of the benchmarks is read back and names the slower benchmarks."""
 
 import pytest
 
@@ -30,7 +30,7 @@ def test_clearly_worse_is_a_regression_and_noise_is_none(name, before, worse, no
     assert name in line
     assert f"was {before:.3g}" in line
     assert standing.regressions({name: noise}, {name: before}) == []
-    # An improvement by any factor is no regression.
+    # A benchmark that becomes faster by any factor is no regression.
     assert standing.regressions({name: before}, {name: worse}) == []
 
 

@@ -9,7 +9,7 @@ from benchmarks.judge.stiffening import Case, draw, judge, try_case
 from chaincor import collide
 from chaincor.workflows.engines.reference import hard_sphere
 
-# An integrator of another kind computed the right values, whose last digits are rounded.
+# An integrator of another kind computed these restitutions; the last digits are rounded.
 KNOWN = [
     (Case("power", 4.0, 1e18, 1.0, 20, 0.1), 0.8393228),
     (Case("power", 4.0, 1e16, 1.0, 5, 0.1), 0.997003),
@@ -28,7 +28,7 @@ def test_a_bond_that_stiffens_like_a_power_is_no_hard_sphere(case):
 def test_the_judge_knows_the_published_values(case, right):
     value, error = judge(case)
     assert error < 1e-8
-    assert abs(value - right) <= 5e-7  # six digits are given of the shortest
+    assert abs(value - right) <= 5e-7  # the shortest has six digits
 
 
 @pytest.mark.slow  # compiles a loop for each bond

@@ -1,4 +1,4 @@
-"""Test that the error bar of the limit of slow chains covers the form of the approach."""
+"""Test that the error bar of the limit of slow chains covers the choice of the fitted form."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def test_fits_that_describe_the_points_are_within_the_bar_of_the_limit():
             if residual <= LARGEST_RESIDUAL:
                 forms.add(form)
                 assert abs(best[0] - STEEP_LIMIT) <= STEEP_LIMIT_ERROR
-    # More than one form describes the points, so the bar must cover them.
+    # More than one form fits the points, so the error bar must cover all these forms.
     assert {"ln t/t", "1/y"} <= forms
 
 
@@ -40,11 +40,12 @@ def test_step_and_modulated_start_agree_where_both_were_computed():
     common = sorted(step.keys() & modulated.keys())
     assert common == [60.0, 100.0, 160.0]
     for y in common:
-        # The modulated wave is the first term of an expansion in 1/t. Its excess over the step is
-        # 0.0040/t at y = 60 and 100; the modes of the way back are known to 4e-5.
+        # The modulated wave is the first term of an expansion in 1/t. Its slope exceeds that of the
+        # step by 0.0040/t at y = 60 and 100. The modes of the reflected wave are known to 4e-5.
         excess = modulated[y][0] - step[y][0]
         assert excess == pytest.approx(0.0040 * 3.0 / (y / 2.0) ** 1.5, abs=4e-5)
-    # Without the phase of the train this start gives 3.4e-4 less at y = 160.
+    # Without the phase of the wave train, the slope of the modulated start is smaller by 3.4e-4 at
+    # y = 160.
     assert step[160.0][0] == pytest.approx(0.37454, abs=2e-5)
 
 

@@ -1,4 +1,4 @@
-"""Test the modulated wave that starts steep fronts against its laws and against the step."""
+"""Test the modulated wave, from which steep fronts start, against its laws and against the step."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from benchmarks.slow_chains.spectral import spectral_minima
 
 
 def crests(x, wave):
-    """Return places and heights of the crests, the leading one first."""
+    """Return the positions and heights of the crests, the leading crest first."""
     inside = (wave[1:-1] > wave[:-2]) & (wave[1:-1] >= wave[2:])
     here = np.flatnonzero(inside)[::-1] + 1
     return x[here], wave[here]
@@ -31,7 +31,7 @@ def test_modulated_start_agrees_with_the_step():
     variable = 60.0
     _, loss, error = spectral_minima(variable, 3)[0]
     _, started = modulated_minima(variable)[0]
-    # The modulated wave is wrong by about 0.004 y/t, t = 55.
+    # The modulated wave has an error of about 0.004 y/t, with t = 55.
     assert started / variable == pytest.approx(loss / variable, abs=1e-4 + error / variable)
 
 
@@ -47,6 +47,7 @@ def test_moved_solitons_keep_their_height_and_the_others_their_place():
     x = np.arange(2.0 * time, 4.5 * time, 0.005)
     places, heights = crests(x, modulated_wave(x, time))
     moved, kept = crests(x, moved_wave(x, time, 2, length))
-    # Crests are on the grid, and the tail of the smooth shift is below 1e-8 at its neighbours.
+    # Crests are on grid points, and the tail of the smooth shift is below 1e-8 at neighbouring
+    # crests.
     assert places[:4] - moved[:4] == pytest.approx([length, length, 0.0, 0.0], abs=0.0051)
     assert kept[:4] == pytest.approx(heights[:4], abs=1e-4)

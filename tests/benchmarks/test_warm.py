@@ -1,4 +1,4 @@
-"""Test that warm chains obey detailed balance and the second law, with the cold limit."""
+"""Test that warm chains obey detailed balance and the second law, and have the right cold limit."""
 
 import math
 
@@ -14,7 +14,7 @@ from chaincor.workflows.campaign import groups as module
 from chaincor.workflows.campaign.collide_many import collide_many
 from chaincor.workflows.collision import collide
 
-# With fixed seeds, one set in a thousand of a right program would be below this.
+# For a right program, one set of seeds in a thousand would give a p-value below this.
 LEAST_P = 1e-3
 WARM = Scene(
     potential="toda",
@@ -32,13 +32,13 @@ def test_thermal_speeds_come_back_thermal(potential):
     found = measure(WARM.replace(potential=potential), 3000, workers=1)
     assert found["failed"] == found["inexact"] == 0
     assert min(found["p_after"], found["p_mean"], found["p_symmetry"]) > LEAST_P
-    # Every collision changes the state, so the test is not one of mirrors.
+    # Every collision must change the velocities: a mirror would also pass the tests above.
     assert found["correlation"] < 0.95
 
 
 @pytest.mark.slow
 def test_thermal_speeds_of_long_chains_come_back_thermal_at_one_step():
-    # For 100 log particles at 0.2, no sample has to meet the tolerance.
+    # For 100 log particles and a time step of 0.2, no sample has to reach the tolerance.
     found = measure(WARM.replace(potential="log", particles=100), 300, timestep=0.2)
     assert found["failed"] == 0
     assert found["ends"] == {"proved": 300}
@@ -51,7 +51,8 @@ def test_samples_at_one_step_are_those_of_collisions_by_themselves():
     alone = [collide(WARM.replace(seed=seed, tolerance=1e-8)) for seed in seeds]
     carried = carry(WARM, len(seeds), 0.05)
     expected = [found.kinematic_restitution for found in alone]
-    # With order 8 and chains of four, the error of the step is far below the tolerance.
+    # For order 8 and chains of four particles, the error of the step is far below the tolerance of
+    # the comparison.
     np.testing.assert_allclose(carried.e, expected, rtol=0.0, atol=1e-6)
     assert carried.contacts.tolist() == [found.contacts for found in alone]
 
@@ -69,8 +70,8 @@ def test_thermal_speeds_come_back_thermal_from_lammps():
 
 @pytest.mark.slow
 def test_detailed_balance_tells_wrong_states_from_right_ones(monkeypatch):
-    # The bonds have another temperature than the speeds, and 1.3 T is far beyond the error of 3000
-    # samples.
+    # The bonds are at another temperature than the velocities. The difference, 1.3 T, is far beyond
+    # the error of 3000 samples.
     draw = module.draw
     monkeypatch.setattr(module, "draw", lambda bond, t, *rest: draw(bond, 1.3 * t, *rest))
     found = measure(WARM, 3000, workers=1)
@@ -109,8 +110,8 @@ def test_without_warmth_every_sample_is_the_cold_number(potential):
         found = collide_many(scene.replace(temperature=temperature), 6, workers=1)
         assert not found.failures
         away.append(found.restitution - cold.restitution)
-        # Thermal speeds are sqrt(T)/v0 of the impact speed. So is their effect, except for a factor
-        # below ten in a chain of five.
+        # Thermal speeds are sqrt(T)/v0 times the impact speed. Their relative effect has this size,
+        # up to a factor of ten in a chain of five particles.
         assert np.max(np.abs(away[-1])) < 10.0 * math.sqrt(temperature) / 0.02
     # The same draws ten times as large have a linear effect, up to sqrt(T)/v0 = 5e-5 and the error
     # bars.
@@ -125,7 +126,7 @@ def test_an_ensemble_is_compared_with_the_same_collisions():
 
 @pytest.mark.slow
 def test_late_contacts_count(monkeypatch):
-    # A collision that is stopped at the first silence gives speeds that are too large.
+    # If a collision is stopped at the first pause between contacts, final speeds are too large.
     monkeypatch.setattr("chaincor.workflows.engines.whole_end.reach", lambda *_: -math.inf)
     # With 1500 samples, p is 7e-7.
     found = measure(WARM, 1500, workers=1)

@@ -1,4 +1,4 @@
-"""Generate bad inputs of masses, targets, contacts and states, by a seed."""
+"""Generate bad inputs with masses, targets, contacts and states from a seed."""
 
 import math
 from itertools import pairwise
@@ -60,7 +60,7 @@ _FEW = 8.0
 
 
 def body_case(number: int) -> Case:
-    """Return the case of a number: always the same, and quick if it is valid."""
+    """Return the case with this number, which is always the same and, if valid, quick."""
     random = Random(number)
     while True:
         made = random.choices((_options, _file, _sweep), weights=(6, 3, 2))[0](random)
@@ -136,7 +136,7 @@ def _sweep(random: Random) -> Case:
 
 
 def _affordable(made: Case) -> bool:
-    """Whether targets are small and masses alike: else a valid collision may take minutes."""
+    """Return whether targets are small and masses similar, so that a valid collision is quick."""
     texts = [
         made.files.get(name, b"").decode(errors="replace") for name in ("scene.toml", "s.toml")
     ]
@@ -151,7 +151,7 @@ def _affordable(made: Case) -> bool:
                 number = float(word)
             except ValueError:
                 continue
-            # So many particles are refused. A contact may have any stiffness.
+            # More than 1e12 particles are refused at once. A contact may have any stiffness.
             most = math.inf if name == "contact-stiffness" else 1e12
             if _FEW < number <= most or 0.0 < number < 0.1:
                 return False

@@ -1,4 +1,4 @@
-"""Generate bad inputs for every command from valid inputs, by a seed."""
+"""Generate bad inputs for every command from valid inputs and a seed."""
 
 import math
 import re
@@ -62,7 +62,7 @@ NASTY_NUMBERS = (
 _POTENTIALS = (
     *("harmonic", "lj", "toda", "morse", "log", "power", "table", "formula", "LJ", "nope"),
 )
-# A valid input that takes long is no bad input, so sizes stay below these limits.
+# Sizes stay below these limits, because a valid input that takes long is no bad input.
 _MOST_PARTICLES = 12
 _MOST_ROWS = 5000
 _SHORTEST_STEP = 2e-3
@@ -76,13 +76,13 @@ class Case:
     """One call of the command line."""
 
     arguments: tuple[str, ...]  #: Command and options.
-    #: What lies in the folder where it is called.
+    #: Files in the folder where the command runs.
     files: dict[str, bytes] = field(default_factory=dict)
-    outputs: tuple[str, ...] = ()  #: Files and folders in it that the call may make.
+    outputs: tuple[str, ...] = ()  #: Files and folders that the command may make there.
 
 
 def case(number: int) -> Case:
-    """Return the case of a number: always the same."""
+    """Return the case with this number, which is always the same."""
     random = Random(number)
     while True:
         made = random.choices(
@@ -94,7 +94,7 @@ def case(number: int) -> Case:
 
 
 def mutate(random: Random, data: bytes) -> bytes:
-    """Return data with one to three small damages."""
+    """Return the data, damaged at one to three places."""
     for _ in range(random.randint(1, 3)):
         damage = random.randrange(9)
         at = random.randrange(len(data) + 1)
@@ -214,7 +214,7 @@ def _run_file(random: Random) -> Case:
 
 
 def _named(files: dict[str, bytes]) -> tuple[str, ...]:
-    """Return the outputs that a scene file asks for: the user's wish, wherever they lie."""
+    """Return the outputs that a scene file requests, in any folder."""
     fields = _fields(files.get("scene.toml", b""))
     return tuple(str(fields[key]) for key in ("arrays", "dump", "save") if key in fields)
 
@@ -317,7 +317,7 @@ def _fields(data: bytes) -> dict[str, Any]:
 
 
 def _affordable(made: Case) -> bool:
-    """Whether the case, if it is valid at all, is quick."""
+    """Return whether the case, if it is valid, is quick."""
     fields: list[tuple[str, Any]] = []
     for name, data in made.files.items():
         if name.endswith(".toml"):

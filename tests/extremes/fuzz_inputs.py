@@ -1,11 +1,12 @@
 """
-Give bad inputs to every command, and check for an answer or one clear line.
+Give bad inputs to every command, and check for a result or a message of one line.
 
     python -m tests.extremes.fuzz_inputs [--cases 20000] [--processes 200] [--workers 2]
         [--bodies]
 
-Prints how many inputs were answered, refused (exit status 2) and failed by name (1), and every
-fault: a traceback, a hang, NaN printed, more than one line, a stray or a spoiled file.
+Prints the numbers of inputs that gave a result, were refused (exit status 2) or failed with a named
+error (exit status 1). It also prints every fault: a traceback, a hang, a printed NaN, a message of
+more than one line, an unexpected file, or a damaged file.
 """
 
 import argparse
@@ -19,9 +20,9 @@ from tests.extremes.cases import case
 from tests.extremes.judging import HANG_SECONDS, Answer, call_as_process, call_in_process, faults
 
 _CHUNK = 20
-# Number, whether as a process, command, seconds, exit status, faults.
+# Case number, whether it ran as a process, command, seconds, exit status, faults.
 _Tried = tuple[int, bool, str, float, int | None, list[str]]
-# Numbers from here on are cases with masses, targets, contacts and states.
+# Cases from this number on have masses, targets, contacts and states.
 _BODIES = 1_000_000_000
 
 
@@ -38,7 +39,7 @@ def _try_all(jobs: Sequence[tuple[int, bool]]) -> list[_Tried]:
 
 
 def _as_they_come(pool: Any, jobs: Sequence[tuple[int, bool]]) -> Iterator[_Tried]:
-    """Yield results; no alarm reaches compiled code, so that a hang in it is seen from outside."""
+    """Yield results as they come; report a hang in compiled code, which no alarm interrupts."""
     chunks = [jobs[k : k + _CHUNK] for k in range(0, len(jobs), _CHUNK)]
     missing = set(jobs)
     results = pool.imap_unordered(_try_all, chunks)

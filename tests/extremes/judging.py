@@ -1,4 +1,4 @@
-"""Call the command line with a case, and judge its answer."""
+"""Call the command line with a case, and check its output."""
 
 import contextlib
 import io
@@ -19,7 +19,7 @@ from chaincor.workflows import cli
 from tests.extremes.cases import Case
 from tests.waiting import HANGS, HangError, must_end
 
-# No input may take more processor time, whatever else the machine does.
+# No input may take more than this processor time.
 HANG_SECONDS = 10.0
 _STATUSES = (0, 1, 2)
 _NOT_A_NUMBER = re.compile(r"(?<![\w./-])(nan|inf|infinity)(?![\w./])", re.IGNORECASE)
@@ -27,7 +27,7 @@ _NOT_A_NUMBER = re.compile(r"(?<![\w./-])(nan|inf|infinity)(?![\w./])", re.IGNOR
 
 @dataclass(frozen=True)
 class Answer:
-    """What a call gave: status, output, seconds (of the processor, if here), files it left."""
+    """Result of a call: status, output, seconds (processor time if in this process), files left."""
 
     status: int | None
     stdout: str
@@ -100,7 +100,7 @@ _MISTAKES = re.compile(r"\b(\d+) mistakes \(see: chaincor explain SceneError\):$
 
 
 def faults(case: Case, answer: Answer) -> list[str]:
-    """Return what is wrong with an answer; nothing for a good one."""
+    """Return a list of faults in an answer, empty for a good answer."""
     found = []
     lines = [line for line in answer.stderr.splitlines() if line.strip()]
     if "Traceback" in answer.stderr or "HANG" in answer.stderr or answer.status is None:
@@ -108,7 +108,7 @@ def faults(case: Case, answer: Answer) -> list[str]:
     if answer.status not in _STATUSES:
         found.append(f"exit status {answer.status}")
     if answer.status == 0:
-        # On a busy machine a run may take a minute and then says so.
+        # A run that takes more than a minute, as on a busy machine, prints a message.
         fine = ("chaincor: note: ", "chaincor: running, longer than")
         lines = [line for line in lines if not line.startswith(fine)]
     if answer.status == 0 and lines:

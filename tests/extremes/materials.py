@@ -1,4 +1,4 @@
-"""Provide small and quick valid inputs of every kind, from which bad inputs are made."""
+"""Provide small, quick, valid inputs of every kind, from which bad inputs are made."""
 
 import io
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ class Materials:
     job: dict[str, bytes]  #: Names and contents of a folder with a job and the dump of its run.
     store: bytes  #: A results store with a few rows, arrays and failures.
     table: bytes  #: A LAMMPS bond table.
-    #: Final velocities of three particles, as a user's integrator writes them.
+    #: Final velocities of three particles, in the form that a user's integrator writes.
     final_csv: bytes
     final_npz: bytes  #: See ``final_csv``.
 

@@ -1,4 +1,4 @@
-"""Test that faults of the machine give one clear line and damage no earlier results."""
+"""Test that faults of the machine give a message of one line and damage no earlier results."""
 
 import os
 import re
@@ -52,7 +52,7 @@ class Call:
         )
 
     def wait_until(self, happens):
-        """Wait for something that must happen while the process runs."""
+        """Wait for a condition that must become true while the process runs."""
 
         def runs():
             assert self.process.poll() is None, self.process.communicate()
@@ -60,14 +60,14 @@ class Call:
         wait_until(happens, runs)
 
     def end(self):
-        """Return exit status, stdout and the lines of stderr; nothing temporary is left."""
+        """Return exit status, stdout and lines of stderr; check that temporary files are gone."""
         out, err = self.process.communicate(timeout=HANGS)
         assert "Traceback" not in err, err
         assert list(self.temporary.iterdir()) == []
         return self.process.returncode, out, [line for line in err.splitlines() if line]
 
     def in_lammps(self):
-        """Whether LAMMPS has begun to read its files."""
+        """Return whether LAMMPS has begun to read its files."""
         return any(self.temporary.glob("chaincor-*/chain.data"))
 
 
@@ -160,14 +160,14 @@ def test_a_store_removed_during_a_sweep(tmp_path):
     store = tmp_path / "folder" / "s.sqlite"
     sweep = start_sweep(tmp_path, "--store", store)
     sweep.wait_until(lambda: len(read_rows(store)) >= 3)
-    # The check is immediate, whatever SQLite writes at the time. A folder that is emptied may get
-    # new files.
+    # Renaming is immediate, whatever SQLite writes at the time. A folder that is emptied in place
+    # may get new files.
     shutil.rmtree(store.parent.rename(tmp_path / "removed"))
     status, out, lines = sweep.end()
     assert (out, len(lines)) == ("", 1)
     assert "s.sqlite" in lines[0]
-    # Between two writes, SQLite finds a file that it may not write. Within a write, it gets an
-    # error of the disk.
+    # Between two writes, SQLite finds a file that it may not write. Within a write, it gets a disk
+    # error.
     named = {2: "StoreError)", 1: "StoreWriteError)"}
     assert lines[0].endswith(named[status])
 
@@ -205,7 +205,7 @@ def test_a_full_temporary_disk(tmp_path, small_disk, good, bond):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("megabytes", "said"),
-    # How far a start gets with little memory differs between machines.
+    # With little memory, start-up fails at different places on different machines.
     [(600, "a library does not load|memory"), (1000, "memory")],
 )
 def test_a_memory_limit(tmp_path, good, megabytes, said):

@@ -1,6 +1,5 @@
 """
-A sample of bad input to every command; twenty thousand of it in
-``tests.extremes.fuzz_inputs``.
+Test a sample of the bad inputs of ``tests.extremes.fuzz_inputs``, which tries twenty thousand.
 """
 
 import pytest
@@ -10,7 +9,7 @@ from tests.extremes.cases import case
 from tests.extremes.judging import call_as_process, call_in_process, faults
 
 BLOCK = 25
-# The first call of a kind compiles loops, which takes ten seconds or more on a new machine.
+# The first call of each kind compiles loops, which takes ten seconds or more on a new machine.
 HANG_SECONDS = 60.0
 
 

@@ -21,7 +21,7 @@ from chaincor.workflows.store.results_store import Store
 from tests.extremes.cases import toml_text
 from tests.lmp import number, run_lmp
 
-# Each text would leave a file `pwned` if it were executed, or would end or divert the script.
+# If executed, each text would make a file `pwned`, or would end or divert the script.
 ATTACKS = (
     "x\nshell touch pwned\n",
     "x\r\nshell touch pwned\r\n",
@@ -97,8 +97,7 @@ def test_there_are_more_than_200_attempts():
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_text_fields_of_a_scene_are_refused(chaincor, folder, commands, attack, key):
     (folder / "scene.toml").write_text(f"particles = 3\n{key} = {toml_text(attack)}\n")
-    # A text that is no known name is refused before LAMMPS starts, on the command line and in the
-    # file.
+    # A text that is no known name is refused before LAMMPS starts, by both commands.
     for arguments in (("run", "scene.toml"), ("inputs", "scene.toml", "-o", "job")):
         status, out, err = chaincor(*arguments)
         assert status == 2, err
@@ -116,7 +115,7 @@ def table_file(folder, name):
 
 @pytest.fixture(scope="module")
 def plain_job(tmp_path_factory):
-    """The job and the commands of a bond table with a harmless name."""
+    """Return the commands of a job whose bond table has a harmless name."""
     folder = tmp_path_factory.mktemp("plain")
     path = table_file(folder, "plain")
     assert cli.run_command_line([*job_of(path), "-o", str(folder / "job")]) == 0
@@ -170,8 +169,8 @@ def test_a_hostile_temporary_folder_is_refused(chaincor, folder, commands, monke
 
 
 def text_of_a_python_potential(name, folder, commands):
-    """Return all commands of LAMMPS, by the engine and by a job, without the title."""
-    # The function is not plain Python, so no loop of a pilot run is compiled for each of them.
+    """Return all LAMMPS commands of the engine and of a job, without the title."""
+    # No loop of a pilot run is compiled for each bond, because the function is not plain Python.
     bond = UserBond(energy=lambda s: 0.5 * s * s, force=np.negative, name=name)
     scene = Scene(potential=bond, particles=2, velocity=0.02, scheme="verlet", error=False)
     commands.clear()

@@ -17,7 +17,7 @@ ETA_TOLERANCE = 1e-7
 
 @st.composite
 def scenes(draw, **fixed):
-    """Chains of the named bonds below the speeds at which bonds break or particles meet."""
+    """Draw chains of named bonds that are too slow to break bonds or to exchange particles."""
     bond = draw(st.sampled_from(("harmonic", "lj", "toda", "log", "power")))
     fields = {"potential": bond, "particles": draw(st.integers(1, 40)), "engine": "reference"}
     if bond == "toda":
@@ -43,13 +43,13 @@ def test_balances_and_bounds(scene):
     # The wall gives twice the incoming speeds as momentum, up to rounding. Each step rounds by
     # about 1e-16, and a collision takes a few thousand steps.
     assert result.momentum_residual < 1e-12
-    # eta is a fraction of the energy and comes from the same velocities, so the error of the energy
-    # cannot be much larger. A factor of a hundred allows for errors that the mean in eta averages
-    # out.
+    # eta is a fraction of the energy and comes from the same velocities. The error of the energy
+    # therefore cannot be much larger than that of eta. A factor of a hundred allows for errors that
+    # the mean in eta averages out.
     assert abs(result.energy_drift) < 100.0 * ETA_TOLERANCE
-    # The first contact counts. Incoming speeds sum to n v0 (1 + e)/2 <= n v0 and are v0 or more on
-    # average, because stretched bonds only pull particle 1 towards the wall. There are therefore at
-    # most n contacts, which hard spheres reach.
+    # The contact at t = 0 is included. The incoming speeds sum to n v0 (1 + e)/2 <= n v0. They are
+    # v0 or more on average, because stretched bonds only pull particle 1 towards the wall. There
+    # are therefore at most n contacts; hard spheres have n.
     assert 1 <= result.contacts <= n
     gained = 0.5 * n * scene.impact_velocity * (1.0 + result.kinematic_restitution)
     assert result.contact_speeds.sum() == pytest.approx(gained, rel=1e-10)
@@ -105,7 +105,7 @@ def test_power_bonds_know_no_other_scale_than_their_own(order, c, factor, partic
 def test_springs_know_no_speed(particles, velocity, factor):
     scene = Scene(potential="harmonic", particles=particles, velocity=velocity, engine="reference")
     first, second = collide(scene), collide(scene.replace(velocity=factor * velocity))
-    # Modes are exact to rounding, which some hundred contacts pass on.
+    # Modes are exact to rounding errors, which add up in some hundred contacts.
     assert first.restitution == pytest.approx(second.restitution, abs=1e-11)
     assert first.contacts == second.contacts
 

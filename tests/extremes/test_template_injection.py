@@ -150,7 +150,7 @@ def test_a_template_stays_in_its_sandbox(dress, plain, monkeypatch):
             files = job_files(SCENE, JobWishes(template=OwnTemplate(text)))
         except SceneError:
             continue
-        # Only a comment is rendered, in which no object that jinja2 guards appears.
+        # Only a comment is rendered. It contains no object that jinja2 guards.
         script = files["in.chain"]
         assert commands_of(script) == plain
         assert "__" not in script.replace("TemplateReference", "")

@@ -1,7 +1,7 @@
 """
 Fuzz all kinds of files in turn for a given time, and print each finding and the sizes reached.
 
-Files of findings are kept in ``tests/fuzz/found``, where the tests try them again.
+Files with findings are kept in ``tests/fuzz/found``, from where the tests try them again.
 
     python -m tests.fuzz MINUTES [KIND ...]
 """
@@ -19,7 +19,7 @@ _AT_ONCE = 25
 
 
 def main() -> None:
-    """Fuzz until the time is over; exit status 1 after a finding."""
+    """Fuzz until the time is over; exit with status 1 after a finding."""
     minutes, kinds = float(sys.argv[1]), sys.argv[2:]
     end, number = time.monotonic() + 60.0 * minutes, int(time.time())
     tried: Counter = Counter()

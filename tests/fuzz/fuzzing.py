@@ -1,4 +1,4 @@
-"""Spoil files and command lines, and check what a command must never do with them."""
+"""Spoil files and command lines, and check that commands refuse them cleanly."""
 
 from collections import Counter
 from hashlib import sha256
@@ -14,7 +14,7 @@ from tests.extremes.cases import Case, case
 from tests.extremes.judging import call_in_process, faults
 from tests.fuzz.subjects import Subject
 
-# No command may take longer for a file or its arguments.
+# No command may take longer than this.
 HANG_SECONDS = 20.0
 _SETTINGS: dict[str, Any] = {
     "deadline": None,
@@ -24,12 +24,12 @@ _SETTINGS: dict[str, Any] = {
 }
 
 
-# This folder has files that commands once answered wrongly, with a subfolder for each kind.
+# This folder has the files that commands once handled wrongly, with a subfolder for each kind.
 FOUND = Path(__file__).parent / "found"
 
 
 def faults_of(subject: Subject, command: tuple[str, ...], content: bytes, tried: Counter) -> Any:
-    """Return what is wrong with the answer of a command to a spoilt file; count its status."""
+    """Return the faults in a command's answer to a spoilt file; count its exit status."""
     made = Case(command, subject.files | {subject.file: content}, subject.outputs)
     answer = call_in_process(made, HANG_SECONDS)
     tried[subject.name, answer.status] += 1
@@ -40,9 +40,9 @@ def fuzz_files(
     subject: Subject, examples: int, number: int, tried: Counter, keep: bool = False
 ) -> None:
     """
-    Call the commands that read a kind of file with spoilt ones; raises AssertionError.
+    Call commands with spoilt files of one kind; raise AssertionError for a fault.
 
-    With `keep`, a file with a wrong answer is kept among those of `FOUND`.
+    With `keep`, the file that caused the fault is kept in `FOUND`.
     """
 
     @seed(number)
@@ -61,7 +61,7 @@ def fuzz_files(
 
 
 def fuzz_lines(examples: int, number: int, tried: Counter) -> None:
-    """Call random command lines; raises AssertionError."""
+    """Call random command lines; raise AssertionError for a fault."""
 
     @seed(number)
     @settings(max_examples=examples, **_SETTINGS)

@@ -1,4 +1,4 @@
-"""List the kinds of files that commands read: a valid file, its commands, and how to spoil it."""
+"""List the kinds of files that commands read, each with a valid file and a way to spoil it."""
 
 import contextlib
 import sqlite3
@@ -40,12 +40,12 @@ _PROPERTIES = 'Properties=species:S:1:pos:R:3:vel:R:3 pbc="F F F"'
 class Subject:
     """A kind of file, how it is spoilt, and the commands that read it."""
 
-    name: str  #: What it is.
-    file: str  #: The one that is spoilt, among `files`.
-    files: dict[str, bytes]  #: What lies in the folder.
-    commands: tuple[tuple[str, ...], ...]  #: Command lines.
-    outputs: tuple[str, ...] = ()  #: What they may write.
-    spoil: Callable[[Random, bytes], bytes] = mutate  #: Returns a spoilt file.
+    name: str  #: Name of the kind.
+    file: str  #: Name in `files` of the file that is spoilt.
+    files: dict[str, bytes]  #: Files in the folder where the command runs.
+    commands: tuple[tuple[str, ...], ...]  #: Command lines that read the file.
+    outputs: tuple[str, ...] = ()  #: Files that the commands may write.
+    spoil: Callable[[Random, bytes], bytes] = mutate  #: Function that returns a spoilt file.
 
 
 def _in_job(name: str, content: bytes) -> dict[str, bytes]:
@@ -120,7 +120,7 @@ def _by_mdanalysis(ending: str) -> bytes:
 
 
 def spoil_cells(random: Random, content: bytes) -> bytes:
-    """Return a store in which a value is nasty, or a table is something else."""
+    """Return a store with an invalid value, or with a table that is replaced."""
     connection = sqlite3.connect(":memory:")
     with contextlib.closing(connection):
         connection.deserialize(content)
@@ -170,7 +170,7 @@ def _number(text: str) -> float | str:
 
 @cache
 def subjects() -> dict[str, Subject]:
-    """Return all kinds, by name."""
+    """Return all kinds of files by name."""
     return {each.name: each for each in (*_dumps(), *_beside_dumps(), *_stores(), *_others())}
 
 

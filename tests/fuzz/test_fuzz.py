@@ -59,7 +59,7 @@ def test_spoilt_loops_are_compiled_again(tmp_path, monkeypatch):
     end_of_header = whole.index(b"\n", whole.index(b"\n") + 1)
     random = Random(1)
     for k in range(12):
-        # Half of them in the header, whose symbol is called by its address.
+        # Half of the changes are in the header, which names the symbol that is called.
         place = random.randrange(end_of_header if k % 2 else len(whole))
         changed = bytearray(whole)
         changed[place] ^= 1 << random.randrange(8)

@@ -1,9 +1,9 @@
 """
-Judge of columns of beads: random ones, against an integrator that shares no code.
+Compare random columns of beads with an integrator that shares no code.
 
 ``python -m tests.judge.beads --first 1000 --count 200`` prints one line for each column: its seed,
-the distance between both and the sum of both error bars. Masses, gaps, exponents, targets, walls
-and damping are random.
+the difference between the two values of eta and the sum of their error bars. Masses, gaps,
+exponents, targets, walls and damping are random.
 """
 
 import argparse
@@ -25,8 +25,8 @@ def independent_loss(masses, targets, exponent, gaps, hard, damping, tolerance):
     """
     Return 1 - eta by SciPy's DOP853 with the wall, or target, as an event.
 
-    Beads stand along x, a target (or a soft wall, which never moves) before the chain. Positions
-    are those of touching beads with their lengths taken off.
+    Beads are ordered along x. A target, or a soft wall that never moves, is in front of the chain.
+    Positions are measured from those of touching beads.
     """
     wall = not len(targets)
     every = np.concatenate((targets[::-1] if not wall else [np.inf], masses))
@@ -116,13 +116,17 @@ def _scene_of(column, folder):
 class Judged:
     """Comparison of one random column."""
 
-    distance: float  #: Distance between both values of eta.
-    allowed: float  #: Sum of both error bars.
+    distance: float  #: Difference between the two values of eta.
+    allowed: float  #: Sum of the two error bars.
     ending: str
 
 
 def judge_column(seed, folder):
-    """Compare a random column; the other integrator's bar is from a run at ten times its error."""
+    """
+    Compare the engine with the other integrator for a random column.
+
+    The error bar of the other integrator comes from a second run at ten times the tolerance.
+    """
     column = _column(seed)
     result = collide(_scene_of(column, Path(folder)), tolerance=1e-8)
     # The difference of the other integrator's two runs gets a safety factor of three.
@@ -132,7 +136,7 @@ def judge_column(seed, folder):
 
 
 def main():
-    """Judge some columns."""
+    """Judge the requested columns."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--first", type=int, default=1000)
     parser.add_argument("--count", type=int, default=200)

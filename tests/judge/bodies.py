@@ -1,11 +1,12 @@
 r"""
-A judge of two bodies on a line: Dormand and Prince's order 8, steps ended where the bodies touch.
+Judge two bodies on a line by Dormand and Prince's method of order 8.
 
-It shares no code with the engines. The state is all strains, the gap among them, and the
-velocities. Steps follow the stiffest bond of the moment and how fast bonds change; an overlap of
-soft bodies is entered and left in steps that grow and shrink with it, for the force
-:math:`K d^q` has no Taylor series there. It is followed on until `multiple` times the time of the
-last contact, and counted anew whenever one comes. Two runs of different steps are compared.
+The judge shares no code with the engines. A step ends where the bodies touch. The state is all
+strains, among them the gap, and the velocities. Steps follow the stiffest bond of the moment and
+the rate at which bonds change. The steps grow and shrink with the overlap of soft bodies, because
+the force :math:`K d^q` has no Taylor series at :math:`d = 0`. The motion is followed until
+`multiple` times the time of the last contact; each new contact extends this time. Two runs with
+different steps are compared.
 """
 
 from dataclasses import dataclass
@@ -34,7 +35,7 @@ _B = np.ascontiguousarray(DOP853.B)
 # stiffness. If the runs disagree, both are repeated with these fractions of the steps.
 STEPS = (0.5, 0.35)
 CLOSER = (1.0, 0.6, 0.36)
-# Roundings of a run: those of each step and of each contact.
+# Rounding errors: of a whole run, of each step and of each contact.
 _FLOOR, _STEP_FLOOR, _CONTACT_FLOOR = 1e-13, 3e-17, 1e-15
 
 KINDS = {
@@ -51,9 +52,9 @@ _MOST_CONTACTS = 2_000_000
 @dataclass(frozen=True)
 class Bonds:
     """
-    A law by its name, with b for toda, c and order for power, D and a for morse.
+    A force law: its name, with b for toda, c and order for power, D and a for morse.
 
-    U = D (1 - exp(-a s))^2 for morse; the others as in the package's table.
+    For morse, U = D (1 - exp(-a s))^2. The other laws are those of the package's table.
     """
 
     name: str
@@ -65,11 +66,11 @@ class Bonds:
 class Bodies:
     """Bodies of a collision along x: the target from its far end, then the chain."""
 
-    #: A mass of inf is a wall; of shape (N,).
+    #: Masses, of shape (N,); a wall has the mass inf.
     masses: Array
     velocities: Array  #: See ``masses``.
-    strains: Array  #: At `first` - 1 the gap; of shape (N - 1,).
-    first: int  #: Particles of the target, or 1.
+    strains: Array  #: Strains, of shape (N - 1,); element `first` - 1 is the gap.
+    first: int  #: Number of particles of the target; 1 for a wall.
     #: K and q of soft bodies; K = 0 is hard.
     stiffness: float = 0.0
     exponent: float = 1.5  #: See ``stiffness``.
@@ -80,32 +81,32 @@ class Seen:
     """Result of one run."""
 
     restitution: float  #: Square of the ratio of relative velocities of the centres of mass.
-    contacts: int  #: Contacts; of soft bodies the overlaps.
-    #: When the first and the last began, since the start.
+    contacts: int  #: Number of contacts; for soft bodies, of overlaps.
+    #: Times from the start to the beginnings of the first and the last contact.
     first_contact: float
     last_contact: float  #: See ``first_contact``.
-    contact_times: Array  #: Since the first; of shape (contacts,).
-    horizon: float  #: Until when it was followed.
+    contact_times: Array  #: Times since the first contact, of shape (contacts,).
+    horizon: float  #: Time up to which the motion was followed.
     #: The last state.
     strains: Array
     velocities: Array  #: See ``strains``.
-    #: Relative to the energy, and to the momentum of all particles at its mean speed; the latter
-    #: without a wall only.
+    #: Drift relative to the energy, and to the momentum of all particles at the speed of that
+    #: energy. The momentum drift is 0 if there is a wall.
     energy_drift: float
     momentum_drift: float  #: See ``energy_drift``.
-    steps: int  #: Taken.
+    steps: int  #: Number of steps.
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """The finer run, and by how much it may be off; inf where the runs differ in contacts."""
+    """The finer run and its error, which is inf if the runs differ in their numbers of contacts."""
 
     seen: Seen
     error: float
 
 
 class Unsure(RuntimeError):
-    """The judge cannot follow a motion, or not to its end: how far it was, and after how much."""
+    """The judge could not follow a motion to its end; gives the contacts and the time reached."""
 
     def __init__(self, message: str, contacts: int = 0, time: float = 0.0) -> None:
         super().__init__(message)
@@ -113,7 +114,7 @@ class Unsure(RuntimeError):
 
 
 def energy_of(bonds: Bonds, bodies: Bodies, strains: Array, velocities: Array) -> float:
-    """Return the energy of all but the wall, of bodies that do not overlap."""
+    """Return the energy without that of the wall, for bodies that do not overlap."""
     free = np.isfinite(bodies.masses)
     energy = 0.5 * float(np.sum(bodies.masses[free] * velocities[free] ** 2))
     s = np.delete(strains, bodies.first - 1)
@@ -140,7 +141,7 @@ def _opening(bodies: Bodies, velocities: Array) -> float:
 
 
 def crossing_time(bodies: Bodies) -> float:
-    """Return how long sound takes through the slower body, and a bond or two."""
+    """Return the time in which sound crosses the slower body and one or two further bonds."""
     parts = [bodies.masses[bodies.first :], bodies.masses[: bodies.first]]
     return max((len(m) + 1) * float(np.sqrt(np.mean(m))) for m in parts if np.isfinite(m).all())
 
@@ -154,19 +155,19 @@ def run_once(
     most_steps: int = 5_000_000,
 ) -> Seen:
     """
-    Carry two bodies through a collision, and on.
+    Integrate two bodies through a collision and beyond it.
 
     Parameters
     ----------
     bonds, bodies
         What collides.
     share : float
-        Of the natural step.
+        Fraction of the natural step.
     multiple : float
-        Until when, in times from the first contact to the end of the last; 40 crossings of sound
-        at least.
+        Duration of the run, in units of the time from the first contact to the end of the last. The
+        run lasts for at least 40 sound crossings.
     most_steps : int
-        When to give up.
+        Number of steps after which the judge gives up.
 
     Returns
     -------
@@ -216,20 +217,21 @@ def run_once(
 
 def judge(bonds: Bonds, bodies: Bodies, *, closer: float = 1.0, **settings) -> Judgement:
     """
-    Run twice and compare.
+    Run with two different steps and compare the results.
 
     Parameters
     ----------
     bonds, bodies, settings
         As in :func:`run_once`.
     closer : float
-        Part of the usual steps.
+        Fraction of the usual steps.
 
     Returns
     -------
     Judgement
-        Of the finer run. The error of a smooth motion falls with the eighth power of the step, to
-        a seventeenth; a third of the difference is taken, and energy that did not stay.
+        Judgement of the finer run. The error of a smooth motion falls with the eighth power of the
+        step, here to a seventeenth. The error given is a third of the difference between the two
+        runs, plus the energy drift and rounding.
     """
     coarse, fine = (run_once(bonds, bodies, closer * share, **settings) for share in STEPS)
     if coarse.contacts != fine.contacts:

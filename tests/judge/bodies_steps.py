@@ -1,4 +1,4 @@
-"""Compile the steps of the judge of two bodies, see ``bodies``."""
+"""Compile the steps of ``bodies``, the judge of two bodies."""
 
 import numpy as np
 from numba import njit
@@ -16,7 +16,7 @@ _EXPLODED = 1e3
 
 @njit(error_model="numpy", cache=True, inline="always")
 def _bond(kind, p, q, s):
-    """Return U', U'' and the length over which that changes."""
+    """Return U', U'' and the strain over which U'' changes."""
     if kind == HARMONIC:
         return s, 1.0, 1e300
     if kind == LJ:
@@ -107,7 +107,7 @@ def _natural_step(y, inverse, gap, law, contact, touching):
 
 @njit(error_model="numpy", cache=True)
 def _kinetic(y, inverse):
-    """Return the energy of all that is no wall."""
+    """Return the kinetic energy without that of the wall."""
     count = inverse.shape[0]
     energy = 0.0
     for i in range(count):
@@ -151,12 +151,13 @@ def run_steps(
                 return DONE, now, hits, steps
         natural = share * _natural_step(y, inverse, gap, law, contact, touching)
         if natural > 1e100 and touching:
-            # Free particles that touch step as long as they take to turn round.
+            # For free particles in contact, the natural step is the time in which they turn round.
             energy = 0.5 * opening * opening / (inverse[gap] + inverse[first])
             power = contact[1] + 1.0
             natural = share * (energy * power / contact[0]) ** (1.0 / power) / abs(opening)
         elif natural > 1e100:
-            # Free particles step to the contact, or far beyond the motion if there is none.
+            # For free particles apart, the step leads to the contact, or far beyond the motion if
+            # no contact follows.
             natural = -1.5 * y[gap] / opening if opening < 0.0 else 2.0 * least
         step = natural
         if touching and opening != 0.0:
@@ -198,7 +199,7 @@ def run_steps(
             now += t
             y[gap] = 0.0
             if touching:
-                last = now  # soft bodies may have touched for long
+                last = now  # the end of a soft contact, which may last long
             touching = False
             continue
         y[:] = z

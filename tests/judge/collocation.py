@@ -1,12 +1,12 @@
 r"""
-The judge's integrator for bonds that are given by functions: collocation at Gauss points.
+Integrate bonds that are given by functions, for the judge, by collocation at Gauss points.
 
-Accelerations at the eight Gauss points c of a step h are found by iteration,
-:math:`s(c_i) = s_0 + h c_i s_0' + h^2 \sum_j \int_0^{c_i} (c_i - u) L_j(u) du\, s''(c_j)`: order 16
-where the force is smooth. The step is held so small that the last two Legendre coefficients of the
-acceleration, and what its polynomial misses at both edges, are negligible themselves, so that
-kinks of the force are resolved, too. The first root
-of the polynomial of particle 1 is found as on the series; the step is then taken up to it again.
+Accelerations at the eight Gauss points c of a step h are found by iteration, :math:`s(c_i) = s_0 +
+h c_i s_0' + h^2 \sum_j \int_0^{c_i} (c_i - u) L_j(u) du\, s''(c_j)`: order 16 where the force is
+smooth. The step is so small that the last two Legendre coefficients of the acceleration and the
+error of its polynomial at both ends of the step are negligible. Kinks of the force are therefore
+resolved, too. The first root of the polynomial of particle 1 is found as for the Taylor series; the
+step is then repeated up to this root.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ _ITERATIONS = 40
 
 
 def _rule():
-    """Return nodes, and matrices from accelerations at them to what a step needs."""
+    """Return the nodes, and the matrices that turn accelerations at the nodes into a step."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     c = 0.5 * (nodes + 1.0)
     powers = np.arange(POINTS)
@@ -41,7 +41,7 @@ _C, _B, _TWICE, _AT_END, _MONOMIALS, _LEGENDRE, _EDGES = _rule()
 
 @njit(error_model="numpy")
 def _solve(force, h, s, v, speed, a, new, stage):
-    """Iterate the accelerations of a step; return whether they settle."""
+    """Iterate the accelerations of a step; return whether they converge."""
     bonds = s.size
     before = np.inf
     for _ in range(_ITERATIONS):
@@ -73,10 +73,10 @@ def _solve(force, h, s, v, speed, a, new, stage):
 @njit(error_model="numpy")
 def _rest(force, h, s, v, a, stage):
     """
-    Return the largest acceleration that the polynomials do not hold.
+    Return the largest acceleration that the polynomials do not resolve.
 
-    The last two Legendre coefficients; and what they miss at the edges, where no node would see a
-    kink.
+    These are the last two Legendre coefficients, and the errors of the polynomials at both ends of
+    the step, where no node would detect a kink.
     """
     bonds = s.size
     rest = 0.0
@@ -186,7 +186,7 @@ def _advance(force, tolerance, speed, state, s, v, basis, horizon, hits, limit):
 
 
 def advance(force, tolerance, speed, state, s, v, horizon, hits, limit):
-    """Run on like ``steps.advance``, with a compiled scalar force -U'(s)."""
+    """Integrate like ``steps.advance``, with a compiled scalar force -U'(s)."""
     degree = POINTS + 1
     basis = np.zeros((2, degree + 1, degree + 1))
     basis[0] = steps.bernstein_basis(degree)

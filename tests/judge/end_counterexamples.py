@@ -1,14 +1,15 @@
 """
-Are ends argued that are none? A search over random states, not only those that scenes lead to.
+Search random states for collisions that an engine would wrongly declare ended.
 
     python -m tests.judge.end_counterexamples [--states 2000] [--seed 1] [--processes 2]
         [-o FILE]
 
-A state has one to three pieces of lj, sometimes of log, 2 to 12 particles in all, with random
-strains, velocities and distances, particle 1 in front of the wall. The judge follows it; at looks
-as an engine has them, it is asked whether the collision has ended. From the first state of each
-argument the judge runs on, long. Prints each argument that a contact follows; exit status 1 if
-there is one. With -o, these states are written as JSON, to be tests.
+The states need not occur in any scene. A state is a chain of 2 to 12 particles in one to three
+pieces, with lj or sometimes log bonds, random strains and velocities, and a random distance from
+the wall to particle 1. The judge integrates it. At regular intervals, as in an engine, the program
+asks whether an argument shows that the collision has ended. When an argument first does, the judge
+continues for a long time. The program prints each argument that is followed by a contact, and then
+exits with status 1. With -o, it writes these states as JSON for use in tests.
 """
 
 import argparse
@@ -27,16 +28,17 @@ from tests.judge.judge import JudgeRefusal, Law, judge
 
 _BONDS = {"lj": LennardJones(), "log": Logarithmic()}
 _LOG_SHARE = 0.2
-# States are examined every tenth of a crossing, for twice the time that a first piece is waited
-# for.
+# States are examined every tenth of a sound crossing, for twice the time that an engine waits for a
+# first piece.
 _LOOKS = 60
-# Contacts decide, because momenta of random states may be arbitrarily small.
+# Only contacts count: restitution may differ arbitrarily, because momenta of random states may be
+# arbitrarily small.
 _ANY = float("inf")
 
 
 @dataclass(frozen=True)
 class State:
-    """A chain in front of the wall, and how long ago its last contact was."""
+    """A chain in front of the wall, and the time since its last contact."""
 
     law: str
     distance: float
@@ -47,7 +49,7 @@ class State:
 
 @dataclass(frozen=True)
 class Claim:
-    """An argument, the state that it was given for, and what the judge saw after."""
+    """An argument for the end, the state that it was given for, and the next contact, if any."""
 
     argument: str
     state: State
@@ -57,7 +59,7 @@ class Claim:
 
 
 def argument_for(state: State) -> str | None:
-    """Ask for an argument: the only place that knows how."""
+    """Return the argument for the end in a state, or None."""
     return argue_end(
         state.distance,
         np.array(state.strains),
@@ -68,7 +70,7 @@ def argument_for(state: State) -> str | None:
 
 
 def draw_state(seed: int, index: int) -> State:
-    """Return state `index` of a seed."""
+    """Return the random state with this seed and index."""
     random = np.random.default_rng([seed, index])
     law = "log" if random.uniform() < _LOG_SHARE else "lj"
     particles = int(random.integers(2, 13))
@@ -88,7 +90,7 @@ def draw_state(seed: int, index: int) -> State:
 
 
 def follow(state: State, until: float) -> State:
-    """Return the state so much later, by the judge."""
+    """Return the state after a time `until`, integrated by the judge."""
     found = judge(
         Law(state.law), state.distance, state.strains, state.velocities,
         multiple=0.0, least_time=until, accuracy=_ANY,
@@ -101,7 +103,7 @@ def follow(state: State, until: float) -> State:
 
 
 def check(argument: str, state: State) -> Claim:
-    """Let the judge run on from where an end was argued."""
+    """Let the judge continue from the state for which an argument was given."""
     try:
         found = judge(
             Law(state.law), state.distance, state.strains, state.velocities, accuracy=_ANY
@@ -130,7 +132,7 @@ def try_state(index: int, seed: int) -> list[Claim]:
 
 
 def report(states: int, claims: list[Claim]) -> bool:
-    """Print the figures; return whether nothing followed any claim."""
+    """Print the counts; return whether no claim was followed by a contact."""
     made = Counter(claim.argument for claim in claims)
     false = [claim for claim in claims if claim.next_contact is not None]
     wrong = Counter(claim.argument for claim in false)

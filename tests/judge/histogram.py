@@ -1,12 +1,13 @@
 """
-Draw how large true errors are beside their bars, from studies whose judge shares no code.
+Draw a histogram of true errors in units of their error bars.
 
     python -m tests.judge.histogram FILE [FILE ...] [-o docs/images/honest_bars.png]
 
-The files are those that ``tests.judge.lines`` writes. Scenes that are refused, open, or whose
-number the judge knows no better than the bar are left out, and counted. An error that is below the
-judge's own is taken for that. Prints, for each engine, how many errors are within their
-bar, the median of bar over error, and the largest error over bar.
+The files are those that ``tests.judge.lines`` writes; its judge shares no code with the engines.
+Scenes are left out, and counted, if they are refused or open, or if the judge's error exceeds the
+error bar. An error below that of the judge is replaced by the judge's error. For each engine, the
+program prints the number of errors within their bars, the median ratio of bar to error, and the
+largest ratio of error to bar.
 """
 
 import argparse
@@ -26,17 +27,17 @@ _LEAST, _MOST, _BINS = -6.0, 1.0, 28
 
 
 def read_rows(files: list[Path]) -> list[dict[str, Any]]:
-    """Return the rows of all files."""
+    """Return the results in all files, one dictionary for each scene."""
     return [json.loads(line) for file in files for line in file.read_text().splitlines()]
 
 
 def errors_over_bars(rows: list[dict[str, Any]]) -> np.ndarray:
-    """Return each error, or what the judge cannot tell from none, over its bar."""
+    """Return the ratio of each error, or of the judge's error if larger, to the error bar."""
     return np.array([max(row["bars"], row["judge_error"] / row["bar"]) for row in rows])
 
 
 def main() -> None:
-    """Print the figures of both engines and draw the histogram."""
+    """Print the ratios of both engines and draw the histogram."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", type=Path, nargs="+")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/images/honest_bars.png"))

@@ -1,11 +1,11 @@
 """
-An independent judge of collisions: another integrator that simply runs on, long.
+Judge collisions by an independent integrator that continues long after the last contact.
 
-It shares no code with the engines and argues no end: from the state given it integrates until 20
-times the time of the last contact seen, and counts anew whenever a contact comes. Force laws,
-integrator (Taylor series; collocation where a bond is given by functions), search for contacts and
-error estimate are its own. Each motion is run twice, with different orders and tolerances: where
-the two differ by more than is asked, it refuses.
+The judge shares no code with the engines and uses no argument for the end. It integrates until 20
+times the time of the last contact; each new contact extends this time. It has its own force laws,
+integrator, search for contacts and error estimate. The integrator uses Taylor series, or
+collocation if a bond is given by functions. The judge runs each motion twice, with different orders
+and tolerances. If the two results differ by more than the requested accuracy, it refuses.
 
     from tests.judge.judge import Law, judge_collision
     judge_collision(Law("lj"), particles=28, velocity=1.47 * 0.128489059895)
@@ -27,10 +27,11 @@ AnyLaw = Law | UserLaw
 # 0.15.
 _COARSE = (16, 1e-15)
 _FINE = (22, 1e-17)
-# These are tolerances of the last terms of collocation. Errors are far smaller where the force is
+# These are tolerances of the last terms of collocation. Errors are far smaller if the force is
 # smooth.
 _COARSE_USER, _FINE_USER = 1e-12, 1e-14
-# A bond this close to its dissociation holds no pieces together, which for lj begins at length 11.
+# A bond this close to its dissociation energy holds no pieces together; for lj, this begins at
+# length 11.
 _UNBOUND = 1e-6
 _HITS_AT_ONCE = 4096
 _STEPS_AT_ONCE = 20000
@@ -38,12 +39,13 @@ _STEPS_AT_ONCE = 20000
 
 class JudgeRefusal(RuntimeError):
     """
-    The judge cannot say, and why.
+    The reason why the judge gives no result.
 
     Attributes
     ----------
     contacts : tuple of int
-        Contacts of both runs, where these came to their end: fewer than in either are too few.
+        Numbers of contacts of the two runs, if both were completed. An engine with fewer contacts
+        than either run has too few.
     """
 
     def __init__(self, message: str, contacts: tuple[int, ...] = ()):
@@ -55,30 +57,31 @@ class JudgeRefusal(RuntimeError):
 class FirstPiece:
     """The piece of the chain next to the wall when the judge stopped."""
 
-    #: Particles up to the first bond that is so long that it holds nothing (lj: 11).
+    #: Number of particles before the first bond that is too long to hold two pieces together (lj:
+    #: length 11).
     particles: int
-    velocity: float  #: Mean velocity; negative is towards the wall: a contact is still to come.
+    velocity: float  #: Mean velocity; if negative, towards the wall, a contact follows.
 
 
 @dataclass(frozen=True)
 class Judgement:
     """Result of the judge."""
 
-    restitution: float  #: (final momentum / initial momentum)^2; nan from rest.
-    #: Difference of restitution, and the largest of a contact time, between the two runs.
+    restitution: float  #: (final momentum / initial momentum)^2; nan if the initial momentum is 0.
+    #: Differences between the two runs: in restitution, and the largest in a contact time.
     restitution_error: float
     time_error: float  #: See ``restitution_error``.
-    contacts: int  #: Contacts, one at the start included.
-    #: When, and how fast particle 1 came in; of shape (contacts,).
+    contacts: int  #: Number of contacts, including one at the start.
+    #: Times of the contacts and incoming speeds of particle 1, of shape (contacts,).
     contact_times: Array
     contact_speeds: Array  #: See ``contact_times``.
-    last_contact_time: float  #: nan if there is none.
+    last_contact_time: float  #: nan without a contact.
     horizon: float  #: Time up to which the chain was followed.
-    #: Change of the energy, relative; of the momentum less what the wall gave, relative to the
-    #: momentum of all particles at the root-mean-square speed of the energy.
+    #: Relative change of the energy. The change of the momentum, less the impulse of the wall, is
+    #: relative to the momentum of all particles at the root-mean-square speed.
     energy_drift: float
     momentum_drift: float  #: See ``energy_drift``.
-    first_piece: FirstPiece  #: First piece that could still return.
+    first_piece: FirstPiece  #: Piece of the chain that could still return to the wall.
     steps: int  #: Number of steps of the finer run.
     #: The last state.
     distance: float
@@ -99,7 +102,7 @@ class _Run:
 
 
 def judge_collision(law: AnyLaw, particles: int, velocity: float, **settings) -> Judgement:
-    """Judge an unstrained chain that meets the wall at t = 0 with `velocity` > 0."""
+    """Judge an unstrained chain that hits the wall at t = 0 with `velocity` > 0."""
     return judge(law, 0.0, np.zeros(particles - 1), np.full(particles, -velocity), **settings)
 
 
@@ -115,35 +118,36 @@ def judge(
     most_steps: int = 50_000_000,
 ) -> Judgement:
     """
-    Run a chain on from any state, twice, and compare.
+    Integrate a chain from any state in two runs, and compare them.
 
     Parameters
     ----------
     law : Law or UserLaw
-        The bonds.
+        Force law of the bonds.
     distance : float
-        Of particle 1 from the wall, not negative; velocities are positive away from the wall.
+        Distance of particle 1 from the wall, not negative. Velocities are positive away from the
+        wall.
     strains, velocities : array_like of shape (n - 1,) and (n,)
-        The state.
+        Strains and velocities of the initial state.
     accuracy : float
-        By how much restitution may differ between the two runs; inf where only contacts count.
+        Largest difference allowed in restitution between the two runs; inf if only contacts count.
     multiple : float
-        The chain is followed up to so many times the time of the last contact, each time anew.
+        The chain is followed up to this multiple of the time of the last contact.
     least_time : float, optional
-        And at least for so long; 40 (n + 5) by default.
+        Least time for which the chain is followed; 40 (n + 5) by default.
     most_steps : int
-        A run with more is refused.
+        Largest number of steps of a run.
 
     Returns
     -------
     Judgement
-        Of the finer run.
+        Judgement of the finer run.
 
     Raises
     ------
     JudgeRefusal
-        If the runs differ by more, in restitution or in the number of contacts; if a motion cannot
-        be followed.
+        If the runs differ by more than `accuracy` in restitution, or in the number of contacts, or
+        if a motion cannot be followed.
     """
     s, v = np.array(strains, dtype=float), np.array(velocities, dtype=float)
     if v.ndim != 1 or s.shape != (v.size - 1,):

@@ -1,8 +1,9 @@
 """
-A judge for bonds with kinks: Dormand and Prince's order 8, steps ended at the wall and at kinks.
+Judge chains whose bonds have kinks, by Dormand and Prince's method of order 8.
 
-It shares no code with the engines. No step passes a kink, so that the order of the method holds;
-it goes on until half as long again as all contacts took, and four sound crossings, brought none.
+The judge shares no code with the engines. Steps end at the wall and at kinks, so that the method
+keeps its order. The run ends when no contact has come for half the time of all contacts so far plus
+four sound crossings.
 """
 
 from functools import cache
@@ -44,7 +45,7 @@ def _loop(force):
 
     @njit
     def passed(y, side, kink):
-        """Whether particle 1 is behind the wall, or a bond on the other side of the kink."""
+        """Return whether particle 1 is behind the wall or a bond is beyond its kink."""
         if y[0] < 0.0:
             return True
         for i in range(side.shape[0]):  # noqa: SIM110 - a loop is what compiles
@@ -54,7 +55,7 @@ def _loop(force):
 
     @njit
     def may_touch(y, z, side, kink, step):
-        """Whether the wall or the kink may be passed and passed back within a step."""
+        """Return whether the wall or the kink may be crossed twice within a step."""
         particles = y.shape[0] // 2
         before, after = y[particles], z[particles]
         if before < 0.0 < after and min(y[0], z[0]) < step * (after - before):
@@ -81,7 +82,7 @@ def _loop(force):
                 away, opening = y[1 + i] - kink, y[particles + i + 1] - y[particles + i]
                 if abs(away) > 1e-13 * speed:
                     side[i] = np.sign(away)
-                else:  # at the kink; a bond at rest there passes nothing
+                else:  # at the kink; a bond at rest there crosses nothing
                     side[i] = np.sign(opening) if abs(opening) > 1e-9 * speed else 0.0
             step = longest
             take(y, step, parameters, slopes, z)
@@ -117,16 +118,16 @@ def _loop(force):
 
 def judge(force, parameters, kink, particles, speed):
     """
-    Return eta and how well it is known.
+    Return eta and its error.
 
     Parameters
     ----------
     force : callable
-        -dU/dr, ``force(strain, parameters)``, of a stiffness of order 1.
+        -dU/dr as ``force(strain, parameters)``, with a stiffness of about 1.
     parameters : NamedTuple
         Parameters of the force.
     kink : float
-        The strain at which its stiffness jumps; inf for none.
+        Strain at which the stiffness jumps; inf if it does not.
     particles : int
         n.
     speed : float
@@ -135,7 +136,7 @@ def judge(force, parameters, kink, particles, speed):
     Returns
     -------
     tuple of float
-        eta, and its difference between two largest steps.
+        eta, and the difference between its values at two largest steps.
     """
     run = _loop(force)
     etas = [run(particles, speed, parameters, kink, step)[0] for step in _STEPS]

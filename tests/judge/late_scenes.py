@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.scene import Scene
 
 
 def draw_late(seed: int, index: int, engine: str) -> Scene:
-    """Return a scene whose chain may hit the wall late: five of seven are lj, 1.2 to 1.8 v*."""
+    """Return a scene whose chain may hit the wall late: in five of seven, lj at 1.2 to 1.8 v*."""
     random = np.random.default_rng([seed, index, 5])
     n = round(math.exp(random.uniform(math.log(5.0), math.log(160.0))))
     turn = index % 7
@@ -30,7 +30,7 @@ def draw_late(seed: int, index: int, engine: str) -> Scene:
 
 
 def draw_breaking(seed: int, index: int, engine: str) -> Scene:
-    """Return a scene from where things break: lj 0.7 to 2 v*, log and power near their barriers."""
+    """Return a scene in which bonds may break: lj at 0.7 to 2 v*, log or power near the barrier."""
     random = np.random.default_rng([seed, index, 7])
     name = ("lj", "lj", "log", "power")[index % 4]
     n = round(math.exp(random.uniform(math.log(5.0), math.log(300.0))))
@@ -47,7 +47,7 @@ def draw_breaking(seed: int, index: int, engine: str) -> Scene:
 
 
 def draw_long(seed: int, index: int, engine: str) -> Scene:
-    """Return a chain of 1000 to 4000: lj of 0.1 to 1 v* in two of three, toda and log."""
+    """Return a chain of 1000 to 4000 particles: in two of three, lj at 0.1 to 1 v*; toda; log."""
     random = np.random.default_rng([seed, index, 13])
     name = ("lj", "toda", "lj", "log", "lj", "lj")[index % 6]
     n = round(math.exp(random.uniform(math.log(1000.0), math.log(4000.0))))
@@ -57,7 +57,7 @@ def draw_long(seed: int, index: int, engine: str) -> Scene:
 
 
 def draw_forgetful(seed: int, index: int, engine: str) -> Scene:
-    """Return a chain of 3000 to 6000, lj in two of three or log, fast enough to break up."""
+    """Return a chain of 3000 to 6000 particles that breaks up: in two of three, lj; or log."""
     random = np.random.default_rng([seed, index, 17])
     name = ("lj", "log", "lj")[index % 3]
     n = round(math.exp(random.uniform(math.log(3000.0), math.log(6000.0))))

@@ -22,7 +22,7 @@ KINDS = {
 @dataclass(frozen=True)
 class Law:
     """
-    A bond's law: its name as in DESIGN's table, with b for toda, order and c for power.
+    A bond's law: its name as in the package, with b for toda, order and c for power.
 
     Energies are zero at natural length, and the stiffness there is 1.
     """
@@ -40,11 +40,11 @@ class Law:
 
     @property
     def parameter(self) -> float:
-        """The number the recurrences take."""
+        """Parameter of the recurrences."""
         return self.b if self.name == "toda" else self.c
 
     def energy(self, strain: Array, length: Array | None = None) -> Array:
-        """Return U; short lengths, where 1 + strain has lost its digits, may be given."""
+        """Return U; give the lengths if they are so short that 1 + strain has lost its digits."""
         s = np.asarray(strain, dtype=float)
         if self.name == "harmonic":
             return 0.5 * s**2
@@ -61,7 +61,7 @@ class Law:
 
     @property
     def dissociation(self) -> float:
-        """Energy that breaks a bond."""
+        """Energy that breaks a bond of this law."""
         return 1.0 / 72.0 if self.name == "lj" else np.inf
 
 
@@ -72,7 +72,7 @@ class UserLaw:
     #: U(s) and -U'(s), each compiled by ``numba.njit`` from a float to a float.
     energy_function: Callable[[float], float]
     force: Callable[[float], float]  #: See ``energy_function``.
-    dissociation: float = np.inf  #: Energy that breaks it.
+    dissociation: float = np.inf  #: Energy that breaks the bond.
     name = "user"
 
     def energy(self, strain: Array, length: Array | None = None) -> Array:

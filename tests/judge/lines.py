@@ -1,13 +1,13 @@
 """
-Random scenes of two bodies on a line: what `collide` says of them, and what the judge does.
+Compare `collide` with the judge for random scenes of two bodies on a line.
 
     python -m tests.judge.lines -o FILE [--count 300] [--seed 1] [--processes 1]
         [--engine reference|lammps] [--kind line|warm|heavy] [--most-seconds 300]
 
-The judge is that of ``bodies``, which shares nothing with the engines. A row is written for every
-scene, and a study that was stopped goes on where it was. The verdicts: *inside* the error bar;
-*outside*, and by how many; *open*, where the end is called so, inside or not; *refused*, by what
-name; *judge unsure*.
+The judge is that of ``bodies``, which shares no code with the engines. The program writes one line
+of JSON for every scene; a study that was stopped continues from there. The verdicts are: *inside*
+the error bar; *outside*, with the ratio of error to bar; *open*, if `collide` calls the end open;
+*refused*, with the name of the error; *judge unsure*.
 """
 
 import argparse
@@ -29,13 +29,13 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from tests.judge.bodies import CLOSER, Bodies, Bonds, Judgement, Unsure, judge
 
-# The judge follows the motion this far beyond the last contact, or less far if the end is called
-# open.
+# The judge follows the motion up to this multiple of the collision's duration. The multiple is
+# smaller if the end is called open.
 MULTIPLE, MULTIPLE_OPEN = 20.0, 3.0
-# The judge is certain if it knows the number to this fraction of the error bar, or to this value.
+# The judge is certain if its error is below this fraction of the error bar, or below this value.
 _SHARE, _SHARPEST = 0.2, 2e-12
-# Roundings of the judge are for a number up to 1. A warm chain may return faster than it came, and
-# its number is rounded relative to itself.
+# Rounding error of the judge for an eta up to 1. A warm chain may return faster than it came; the
+# rounding error is then relative to eta.
 _ROUNDING = 1e-12
 
 
@@ -64,7 +64,7 @@ def bodies_of(scene: Scene) -> Bodies:
 
 
 def judge_scene(scene: Scene, bar: float, multiple: float = MULTIPLE) -> Judgement:
-    """Judge a scene, with steps as short as a bar asks for."""
+    """Judge a scene, with steps as short as its error bar requires."""
     found: Judgement | None = None
     for closer in CLOSER:
         found = judge(bonds_of(scene), bodies_of(scene), closer=closer, multiple=multiple)
@@ -101,7 +101,7 @@ def try_scene(
 
 
 def describe(scene: Scene) -> dict[str, Any]:
-    """Return what a row says of its scene."""
+    """Return the description of a scene for its line of output."""
     line = scene.line
     free = line.masses[np.isfinite(line.masses)]
     return {
@@ -180,7 +180,7 @@ def _try(scene: Scene, row: dict[str, Any], most_seconds: float) -> dict[str, An
 
 
 def report(rows: list[dict[str, Any]]) -> bool:
-    """Print the figures; return whether at least 99 % of what is judged is inside its bar."""
+    """Print the counts; return whether at least 99 % of judged scenes are inside their bars."""
     print(f"scenes: {len(rows)}")
     for (engine, verdict), count in sorted(
         Counter((row["engine"], row["verdict"]) for row in rows).items()

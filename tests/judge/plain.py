@@ -1,5 +1,5 @@
 """
-A plain judge for many scenes: small fixed steps of another scheme, simply run on.
+Judge many scenes by small fixed steps of another scheme, far beyond the last contact.
 
     python -m tests.judge.plain -o FILE [--count 3500] [--seed 1] [--processes 1]
         [--draw late|breaking|loose|together|long|forgetful] [--tolerance 1e-6]
@@ -7,12 +7,12 @@ A plain judge for many scenes: small fixed steps of another scheme, simply run o
 
 The state is particle 1's distance from the wall, the strains and the velocities. Steps are Blanes
 and Moan's composition of order 4 for Hamiltonians that are quadratic in the momenta (2002).
-A hit is where a step ends behind the wall, or turns near it within the step; the step is then
-shortened by secants until it ends there. Two runs, at steps that share no phase, must agree in
-their contacts, if need be at parts of these steps, else the judge says nothing; of long chains
-whose contacts the last digits decide, all runs at speeds that differ in these must lie within the
-bar. Nothing is shared with the engines, nor with ``judge.py``, which is far more exact and far
-slower.
+Particle 1 has hit the wall if a step ends behind the wall, or if the particle turns near it within
+the step. Secants then shorten the step until it ends at the wall. Two runs with incommensurate
+steps must agree in their contacts, if necessary with smaller steps; otherwise the judge is unsure.
+In long chains, the last digits of the speed may decide the contacts. Then all runs at speeds that
+differ in the last digits must lie within the error bar. The judge shares no code with the engines,
+nor with ``judge.py``, which is far more exact and far slower.
 """
 
 import argparse
@@ -42,25 +42,25 @@ from tests.judge.late_scenes import (
     draw_loose,
 )
 
-# The coefficients are from J. Comput. Appl. Math. 142 (2002) 313: kicks b and drifts a, palindromes
-# of 7 and 6.
+# The coefficients are from J. Comput. Appl. Math. 142 (2002) 313: 7 kicks b and 6 drifts a, both
+# palindromic.
 _B = (0.0829844064174052, 0.396309801498368, -0.0390563049223486)
 _A = (0.245298957184271, 0.604872665711080)
 KICKS = np.array([*_B, 1.0 - 2.0 * sum(_B), *_B[::-1]])
 DRIFTS = np.array([*_A, 0.5 - sum(_A), 0.5 - sum(_A), *_A[::-1]])
-# Steps are in units of the stiffest bond's 1/frequency. If the runs disagree, or if the error bar
-# does not hold, both are repeated with these fractions of the steps.
+# Steps are in units of the stiffest bond's 1/frequency. If the two runs disagree, or if the result
+# is outside its error bar, both runs are repeated with these fractions of the steps.
 STEPS = (0.06, 0.043)
 CLOSER = (1.0, 1.0 / 3.0, 1.0 / 9.0)
-# The judge runs this far beyond the last contact, in units of the collision. It runs less far if
-# the end is called open, because a later contact would then be no surprise.
+# The judge runs up to this multiple of the time of the last contact. The multiple is smaller if the
+# end is called open, because a later contact would then be no error.
 MULTIPLE, MULTIPLE_OPEN = 20.0, 3.0
-# Long chains take minutes, so they run less far. The judge must be more exact than this fraction of
-# their error bars.
+# Long chains take minutes, so the judge follows them for a shorter time. Its error must be below
+# this fraction of their error bars.
 MULTIPLE_LONG, SHARP_LONG = 1.5, 0.3
 SHARP = 1e-4
-# The same limits apply if the last digits decide; speeds differ by this many units of the last
-# digit.
+# If the last digits decide the contacts, the judge uses this multiple, and speeds that differ by
+# these numbers of units in the last digit.
 MULTIPLE_FORGETFUL = 1.05
 NUDGES = (-4.0, 0.0, 1.0, 3.0)
 LJ, TODA, LOG, POWER, HARMONIC = range(5)
@@ -185,7 +185,7 @@ def run_on(scene: Scene, step: float, least: float, multiple: float = MULTIPLE) 
 
 
 def stiffest(scene: Scene, bond_min: float) -> float:
-    """Frequency of the shortest bond, by the laws themselves."""
+    """Return the frequency of the shortest bond, from the force laws."""
     s = bond_min - 1.0
     curvature = {
         "lj": lambda: (13.0 * bond_min**-14.0 - 7.0 * bond_min**-8.0) / 6.0,
@@ -275,7 +275,7 @@ def try_scene(index: int, *, seed: int, draw: str, tolerance: float, engine: str
 def _judge_by_nudges(scene: Scene, found: Collision, begun: float) -> dict[str, Any]:
     """Return the verdict of runs at speeds that differ in their last digits."""
     if found.tolerance_met:
-        return {"verdict": "met, not judged"}  # `--draw long` judges such
+        return {"verdict": "met, not judged"}  # `--draw long` judges these scenes
     step = CLOSER[1] * STEPS[0] / stiffest(scene, found.bond_min)
     least = MULTIPLE_FORGETFUL * found.last_contact_time
     runs = []
@@ -295,7 +295,7 @@ def _judge_by_nudges(scene: Scene, found: Collision, begun: float) -> dict[str, 
 
 
 def report(rows: list[dict[str, Any]]) -> None:
-    """Print the figures."""
+    """Print the counts and the largest errors."""
     print(f"scenes: {len(rows)}")
     if together := sum(row.get("together", False) for row in rows):
         inside = sum(row.get("together", False) and row["verdict"] == "inside" for row in rows)

@@ -1,11 +1,12 @@
 r"""
-The judge's integrator: Taylor series of high order, and every hit of the wall on them.
+Integrate by Taylor series of high order, for the judge, and find every hit of the wall.
 
 The state is the distance x of particle 1 from the wall, the strains s and the velocities v. With
-the tensions T = U'(s), :math:`s_i' = v_{i+1} - v_i` and :math:`v_i' = T_i - T_{i-1}` give them in
-order, with a recurrence for the tensions of each law. Time is scaled by the step before, so that
-no coefficient overflows. On each step x is a polynomial; its Bernstein coefficients bound it: a
-step either has no root or is halved until each half has none or one.
+the tensions T = U'(s), :math:`s_i' = v_{i+1} - v_i` and :math:`v_i' = T_i - T_{i-1}` give the
+coefficients of the series one after another, with a recurrence for the tensions of each law. Time
+is in units of the previous step, so that no coefficient overflows. On each step, x is a polynomial,
+which lies between its Bernstein coefficients. The step is halved until each part has no root or one
+root.
 """
 
 import math
@@ -26,7 +27,7 @@ _HALVINGS = 45
 
 @njit(error_model="numpy", cache=True)
 def _tensions(law, parameter, power, k, length, strain, work, tension):
-    """Give coefficient k of U'(s), from coefficients 0 to k of s."""
+    """Compute coefficient k of U'(s) from coefficients 0 to k of s."""
     bonds = length.size
     if law == HARMONIC:
         for i in range(bonds):
@@ -102,7 +103,7 @@ def _tensions(law, parameter, power, k, length, strain, work, tension):
 
 @njit(error_model="numpy", cache=True)
 def _series(law, parameter, power, order, unit, length, strain, velocity, work, tension):
-    """Fill coefficients 1 to `order` of strains and velocities in time over `unit`."""
+    """Compute coefficients 1 to `order` of strains and velocities in powers of time/unit."""
     particles = velocity.shape[1]
     bonds = particles - 1
     for k in range(order):
@@ -163,10 +164,11 @@ def first_root(a, degree, basis, stack, ends):
     """
     Return the first root in (0, 1] of a polynomial that is positive at 0, or 2 for none.
 
-    A polynomial lies between its smallest and largest Bernstein coefficient, and has at most as
-    many roots as their signs change: a part is left only where no root can be, bisected only where
-    there is one, halved elsewhere. A part of 2^-45 with the same sign at both ends is a touch that
-    rounding cannot tell from a miss; it changes no velocity, and counts as none.
+    A polynomial lies between its smallest and largest Bernstein coefficients, and has at most as
+    many roots as the coefficients have changes of sign. A part of the step is dropped only if it
+    can have no root, bisected only if it has one root, and otherwise halved. In a part of length
+    2^-45 with the same sign at both ends, rounding does not distinguish a touch from a miss. Such a
+    touch changes no velocity and is not counted.
     """
     for j in range(degree + 1):
         total = 0.0
@@ -197,7 +199,8 @@ def first_root(a, degree, basis, stack, ends):
             top -= 1
         else:
             left, middle = stack[top + 1], 0.5 * (low + high)
-            # de Casteljau: `here` becomes the right half, its successor on the stack the left.
+            # By de Casteljau's algorithm, `here` becomes the right half, and the next entry on the
+            # stack the left half.
             for j in range(degree + 1):
                 left[j] = here[0]
                 for k in range(degree - j):
@@ -213,11 +216,11 @@ def advance(
     law, parameter, power, order, tolerance, speed, state, length, s, v, basis, horizon, hits, limit
 ):
     """
-    Run on until the horizon, a full list of hits or `limit` steps.
+    Integrate until the horizon, a full list of hits or `limit` steps.
 
-    `state` holds x, t, the unit of time, the time of the last hit and the number of steps;
-    `horizon` the multiple of the last hit's time and the least time; `hits` takes times and speeds.
-    Returns what ended it and the number of new hits.
+    `state` contains x, t, the unit of time, the time of the last hit and the number of steps.
+    `horizon` contains the multiple of the last hit's time and the least time. Times and speeds of
+    hits are written to `hits`. Returns the reason for the end and the number of new hits.
     """
     bonds = s.size
     strain = np.zeros((order + 1, bonds))
@@ -260,7 +263,7 @@ def advance(
         for k in range(order + 1):
             path[k] *= grown
             grown *= ratio
-        # From the wall, x/u has the same roots but the departure.
+        # From the wall, x/u has the same roots as x except for the departure at u = 0.
         start = 1 if x == 0.0 else 0
         degree = order - start
         root = first_root(path[start:], degree, basis[start], stack, ends)
@@ -287,7 +290,7 @@ def advance(
         unit *= ratio
         state[4] += 1.0
         if root <= 1.0 and v[0] > 0.0:
-            # A touch so light that rounding turned its sign.
+            # The touch is so light that rounding changed the sign of the speed.
             v[0] = -v[0]
     state[0], state[1], state[2], state[3] = x, t, unit, last
     return ended, found

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 CASES = json.loads((ROOT / "tests" / "reference_general.json").read_text())["cases"]
 # The values are printed with ten digits.
 PRINTED = 1e-10
-# Parts of the judge's usual steps that are good to this.
+# With this fraction of its usual steps, the judge is accurate to ``PRINTED``.
 CLOSE = 0.36
 
 
@@ -109,7 +109,7 @@ def test_soft_chains_agree_over_steps_and_keep_their_energy(exponent):
 
 
 def test_runs_that_err_alike_are_distinguished_by_their_energy(tmp_path):
-    # Of an eta of 102, both err by 1e-8, a hundred times what they differ by.
+    # eta is 102. Both runs have an error of 1e-8, a hundred times the difference between them.
     scene = draw(94, 15, "lammps", tmp_path)
     rough = judge(bonds_of(scene), bodies_of(scene), closer=1.0)
     close = judge(bonds_of(scene), bodies_of(scene), closer=CLOSE)

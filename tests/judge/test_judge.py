@@ -15,7 +15,7 @@ from tests.reference_cases import CASES, case_name
 LJ_SPEED = 0.128489059895
 # The published values are converged to 1e-9 and printed with 11 digits.
 PUBLISHED = 1e-9
-# Times are printed with seven digits after the point, half a unit of the last is rounding.
+# Times are printed with seven decimals and rounded by half a unit of the last.
 PUBLISHED_TIME = 1e-7
 
 
@@ -52,7 +52,7 @@ def test_published_values(case):
 
 
 def modal_collision(particles, velocity, until):
-    """Return times of contact and final restitution of a harmonic chain, by its sines."""
+    """Return contact times and final restitution of a harmonic chain from its modes."""
     j = np.arange(particles)
     omega = 2.0 * np.sin(np.pi * j / (2 * particles))[1:]
     shapes = np.cos(np.pi * np.outer(j + 0.5, j) / particles) * np.sqrt(2.0 / particles)
@@ -79,7 +79,8 @@ def modal_collision(particles, velocity, until):
         first = shapes[0, 0] * (q[0] + p[0] * grid)
         first = first + cosine @ (shapes[0, 1:] * q[1:]) + sine @ (shapes[0, 1:] * p[1:])
         below = np.flatnonzero(first[1:] < 0.0)
-        # A dip between two points of the grid: the curvature is below 4 velocity here.
+        # A dip between two grid points could hide a contact. The curvature is below 4 velocity
+        # here.
         low = np.flatnonzero((first[2:-1] < first[1:-2]) & (first[2:-1] < first[3:]))
         assert np.all(np.abs(first[low + 2]) > 4.0 * velocity * 1e-6), "the grid is too coarse"
         if below.size:
@@ -98,15 +99,17 @@ def modal_collision(particles, velocity, until):
 @pytest.mark.parametrize("particles", [2, 7, 80])
 @pytest.mark.slow
 def test_harmonic_chains_agree_with_their_modes(particles):
-    # To 800: n = 80 has its last contact at 160. A root of the sines is good to 1e-15 in x, that
-    # is 1e-14 in time at the speeds met; places are shifted by so much at each of 70 contacts.
+    # Modes are followed to t = 800; for n = 80, the last contact is at 160. A root has an error of
+    # 1e-15 in x, or 1e-14 in time at these speeds. Each of 70 contacts shifts positions by this
+    # much.
     times, restitution = modal_collision(particles, 0.1, 5.0 * 2.0 * particles)
     found = judge_collision(Law("harmonic"), particles, 0.1)
     assert found.contact_times == pytest.approx(times, abs=1e-9)
     assert found.restitution == pytest.approx(restitution, abs=1e-10)
 
 
-# Found by three integrators that have nothing in common; each has a contact long after the others.
+# Three integrators that share no code found these results. Each scene has one contact long after
+# its other contacts.
 LATE = [
     (25, 1.45, 24, None, 0.80185365),
     (28, 1.47, 27, 38.8087, 0.80498439),
@@ -119,7 +122,7 @@ LATE = [
 def test_late_contacts_of_breaking_chains(particles, speed, contacts, last, restitution):
     found = judge_collision(Law("lj"), particles, speed * LJ_SPEED, multiple=6.0, least_time=400.0)
     assert found.contacts == contacts
-    # Printed with eight digits and three or four after the point.
+    # Restitutions have eight digits, and times three or four decimals.
     assert found.restitution == pytest.approx(restitution, abs=1e-8)
     if last is not None:
         assert found.last_contact_time == pytest.approx(last, abs=1e-3)
@@ -146,7 +149,7 @@ def test_extremes_keep_energy_and_momentum(law, particles, velocity):
     # Some 1e4 steps round by 1e-16 each.
     assert abs(found.energy_drift) < 1e-12
     assert abs(found.momentum_drift) < 1e-12
-    # From 0.5 upward a contact's speed tells the momentum that the wall gives: eta by its sum.
+    # The wall gives twice the incoming speed of each contact as momentum; the sum gives eta.
     after = 2.0 * found.contact_speeds.sum() - particles * velocity
     assert (after / (particles * velocity)) ** 2 == pytest.approx(found.restitution, abs=1e-12)
 
@@ -165,7 +168,7 @@ def test_bonds_given_by_functions_by_another_integrator():
 @pytest.mark.slow
 def test_kinks_are_resolved():
     law = UserLaw(njit(lambda s: 0.5 * min(s, 0.0) ** 2), njit(lambda s: -min(s, 0.0)))
-    # Both have pieces of sines between kinks; known to eight digits from other integrators.
+    # Motions between kinks are sums of sines. Other integrators gave these results to eight digits.
     for particles, restitution in ((10, 0.93471398), (20, 0.95987176)):
         found = judge_collision(law, particles, 0.1)
         assert found.restitution == pytest.approx(restitution, abs=1e-8)

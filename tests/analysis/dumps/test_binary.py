@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.errors import InputError
 
 
 def binary_frame(step, columns, chunks, *, time=None, revision=2, magic=b"DUMPCUSTOM"):
-    """Write a frame by the layout in the LAMMPS manual: a header, then a chunk per process."""
+    """Return a frame in the layout of the LAMMPS manual: a header, then a chunk per process."""
     width = len(columns.split())
     data = struct.pack("<q", -len(magic)) + magic + struct.pack("<ii", 1, revision)
     data += struct.pack("<qq", step, sum(map(len, chunks)))

@@ -18,8 +18,8 @@ def first_states(path, timestep=None):
     ("columns", "error"),
     [
         ("id x vx v_displacement v_time", 0.0),
-        # Positions up to 20 round displacements to half of 2^-48; scaled ones, times a box of
-        # 210, to a few of 2^-53 * 210.
+        # Positions up to 20 round displacements to 2^-49. Scaled positions, times a box length of
+        # 210, round them to a few times 2^-53 * 210.
         ("id x vx", 2.0**-48),
         ("id type xu vx", 2.0**-48),
         ("id type xs vx", 210 * 2.0**-51),

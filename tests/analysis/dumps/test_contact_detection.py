@@ -22,8 +22,8 @@ def detect(collision, times, bond):
 def test_reintegration_finds_all_contacts_whatever_the_spacing(harmonic20, spacing):
     found = detect(harmonic20, np.arange(-1.0, 80.0, spacing), Harmonic())
     assert found.unresolved == 0
-    # DOP853 has a relative tolerance of 1e-12 over tens of steps. A contact time is a position over
-    # a speed of order v0.
+    # DOP853 has a relative tolerance of 1e-12 over tens of steps. A contact time is a position
+    # divided by a speed near v0.
     np.testing.assert_allclose(found.times, harmonic20.contact_times, atol=1e-8)
     np.testing.assert_allclose(found.speeds, harmonic20.contact_speeds, rtol=1e-8)
     assert found.worst_miss < 1e-8
@@ -31,18 +31,18 @@ def test_reintegration_finds_all_contacts_whatever_the_spacing(harmonic20, spaci
 
 @pytest.mark.parametrize(("spacing", "error"), [(0.02, 2e-6), (0.1, 3e-4), (0.5, 3e-2)])
 def test_interpolation_has_an_error_of_third_order(harmonic20, spacing, error):
-    """|jerk| < 2 * 1.15 v0 and closing speeds near v0: (2.3/12) h^3 = 0.2 h^3 a side."""
+    """Use |jerk| < 2 * 1.15 v0 and closing speeds near v0: the error is (2.3/12) h^3 = 0.2 h^3."""
     found = detect(harmonic20, np.arange(-1.0, 80.0, spacing), None)
     assert found.unresolved == 0
     assert found.times.size == harmonic20.contact_times.size
     assert np.max(np.abs(found.times - harmonic20.contact_times)) < error
-    # The step of the momentum is exact.
+    # The change of the momentum is exact.
     np.testing.assert_allclose(found.speeds, harmonic20.contact_speeds, rtol=1e-11)
 
 
 @pytest.mark.parametrize("ahead", [0.02, 0.45])
 def test_interpolation_trusts_the_nearer_frame(harmonic20, ahead):
-    """Frames 0.02 and 0.45 from a contact: the error is that of the nearer, 0.2 * 0.02^3."""
+    """Use frames 0.02 and 0.45 from a contact: the error is that of the nearer, 0.2 * 0.02^3."""
     contact = harmonic20.contact_times[6]
     found = detect(harmonic20, [contact - ahead, contact + 0.47 - ahead], None)
     # The farther contact adds 0.2 * 0.45^3 = 0.018 with the weight (0.02/0.45)^3 = 9e-5.
@@ -65,7 +65,7 @@ def test_frames_too_far_apart_are_not_trusted_without_the_bond(harmonic20):
 
 
 def test_frames_written_at_contacts_count_each_contact_once(harmonic20):
-    """Either side of the turn may be in the frame."""
+    """Frames may be written just before or just after the velocity is reversed."""
     for before_turn in (True, False):
         detector = ContactDetector(0.1, [np.ones(20)], Harmonic())
         detector.add_known(0.0, 0.1)
@@ -98,7 +98,7 @@ def test_reintegration_follows_only_what_can_reach_the_wall(harmonic500):
 
 
 def test_interpolation_is_off_by_the_third_order_of_the_time(harmonic20):
-    # No particle is faster than it would be with the energy of all particles.
+    # No particle is faster than a particle that has the energy of all particles.
     fastest = harmonic20.impact_velocity * np.sqrt(harmonic20.particles)
     for contact, speed in zip(harmonic20.contact_times, harmonic20.contact_speeds, strict=True):
         for ahead, since in ((0.1, 0.05), (0.02, 0.1)):

@@ -1,4 +1,4 @@
-"""Test that devices and pipes in place of files, which may never end, are refused at once."""
+"""Test that devices and pipes, whose contents may never end, are refused at once."""
 
 import os
 import shutil
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 
 @pytest.fixture(params=["zero", "pipe"])
 def endless(request, tmp_path):
-    """Return a path that never comes to an end of file."""
+    """Return a path whose contents never end."""
     if request.param == "zero":
         return "/dev/zero"
     os.mkfifo(tmp_path / "pipe")
@@ -22,7 +22,7 @@ def endless(request, tmp_path):
 
 @pytest.fixture
 def job(tmp_path):
-    """Return the folder of a job with its dump."""
+    """Return the folder of a job that has run and left its dump."""
     folder = tmp_path / "job"
     folder.mkdir()
     for name, content in materials().job.items():

@@ -84,7 +84,7 @@ def test_a_run_continued_into_a_cut_frame_is_damage(harmonic20, dump_writer):
 
 
 def test_memory_does_not_grow_with_the_file(harmonic20, dump_writer):
-    # For the reader, a repeated motion is as good as a long one.
+    # For the reader, a repeated motion serves as well as a long motion.
     path = dump_writer.write(harmonic20, TIMES[:4])
     path.write_bytes(path.read_bytes() * 500)
     size = path.stat().st_size
@@ -93,7 +93,7 @@ def test_memory_does_not_grow_with_the_file(harmonic20, dump_writer):
         frame.column("vx")
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    # Memory holds a frame and what the garbage collector has not freed, for a file of 2000 frames.
+    # For a file of 2000 frames, the memory used is that of one frame and of frames not yet freed.
     assert peak < 0.1 * size
 
 
@@ -170,6 +170,6 @@ def test_ids_and_types_that_are_no_whole_numbers_are_named(tmp_path, column, val
         f"0 1\n0 1\n0 1\nITEM: ATOMS id type x vx\n{row['id']} {row['type']} 0 -1\n"
     )
     if column == "id" and value in ("1.5", "1e300"):
-        return  # numbers that sort
+        return  # numbers in increasing order
     with pytest.raises(InputError, match=f"column '{column}' of the frame of step 7 has"):
         Dump(path).first().whole_numbers("type")

@@ -14,7 +14,7 @@ from chaincor.lammps_inputs.errors import InputError
 
 
 class Command:
-    """Object whose unpickling makes a folder."""
+    """Object that makes a folder when it is unpickled."""
 
     def __init__(self, folder):
         self.folder = folder

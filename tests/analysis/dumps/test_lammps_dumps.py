@@ -56,7 +56,7 @@ def run_plain(folder, columns="id x vx", extra="", n=20, style="custom"):
 @pytest.mark.parametrize("speed", [0.4, 1e-6])
 @pytest.mark.slow_cases
 def test_dumps_of_the_engine_hold_its_memory(tmp_path, speed):
-    """Must show 1, asked for 1e-12 relative; text of 17 digits gives every bit."""
+    """Require a relative agreement of 1e-12; text of 17 digits preserves every bit."""
     dump = tmp_path / "dump.lammpstrj"
     scene = Scene(potential="lj", particles=50, speed=speed, dump=dump)
     outcome = engine.run(
@@ -81,8 +81,8 @@ def test_dumps_of_the_engine_hold_its_memory(tmp_path, speed):
     eta = float(restitution(outcome.velocities, scene.impact_velocity))
     assert analysis.restitution == pytest.approx(eta, rel=1e-12)
     assert analysis.contacts == outcome.contact_times.size
-    # The engine has an error of about 1e-7 at this step, and the analysis integrates the motion
-    # again.
+    # The engine has an error of about 1e-7 at this time step, and the analysis integrates the
+    # motion again between frames.
     np.testing.assert_allclose(analysis.contact_times, outcome.contact_times, atol=1e-5)
 
 
@@ -106,13 +106,13 @@ def test_a_dump_at_contacts_holds_every_contact(tmp_path, bond):
 
 @pytest.mark.parametrize("sort", ["", "dump_modify 1 sort id"])
 def test_a_plain_script_of_a_user(tmp_path, sort):
-    """Must show 3: the right answer for that wall, with its caveats."""
+    """Require the right result for the stock wall, with its caveats."""
     run_plain(tmp_path, extra=sort)
     analysis = analyze_job(find_job(tmp_path), bond=Harmonic())
     # The stock wall has an error of 1e-3 to 1e-2 here (exact: 0.8685).
     assert analysis.restitution == pytest.approx(0.86850360724, abs=1e-2)
     assert analysis.restitution_error is None
-    assert 1e-6 < analysis.data_error < 2e-5  # the default six digits
+    assert 1e-6 < analysis.data_error < 2e-5  # LAMMPS prints six digits by default
     assert analysis.contacts == 17
     assert analysis.timestep == 0.005
     text = " ".join(analysis.caveats)
@@ -120,7 +120,7 @@ def test_a_plain_script_of_a_user(tmp_path, sort):
         assert words in text
     without_bond = analyze_job(find_job(tmp_path))
     assert without_bond.contacts == 17
-    # 2 e * half a unit of six digits / v0, for v0 and for the mean.
+    # The error is 2 e/v0 times half a unit of the sixth digit, once for v0 and once for the mean.
     assert abs(without_bond.restitution - analysis.restitution) < 2e-5
 
 
@@ -132,7 +132,7 @@ def test_usual_columns_of_users(tmp_path, columns):
     analysis = analyze_job(find_job(tmp_path), bond=Harmonic())
     assert analysis.contacts == 17
     assert analysis.timestep is None
-    assert analysis.data_error < 1e-12  # all digits, and the rounding of the last 100 steps
+    assert analysis.data_error < 1e-12  # all digits are printed; 100 steps round
 
 
 def test_binary_dump_is_the_text_dump(tmp_path):
@@ -154,7 +154,7 @@ def test_binary_dump_is_the_text_dump(tmp_path):
 
 
 def test_extended_xyz_of_lammps_is_read_through_ase(tmp_path):
-    """``dump extxyz`` prints six digits; the same run's own dump says what is right."""
+    """Compare ``dump extxyz``, which prints six digits, with the text dump of the same run."""
     (tmp_path / "custom").mkdir()
     run_plain(tmp_path / "custom", extra="dump_modify 1 sort id format float %.17g")
     exact = analyze_job(find_job(tmp_path / "custom"), bond=Harmonic())

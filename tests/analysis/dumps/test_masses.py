@@ -1,4 +1,4 @@
-"""Test that masses from dump, job or user weight all numbers, or are refused if unknown."""
+"""Test that masses from dump, job or user enter all results; unknown masses are refused."""
 
 import contextlib
 import json
@@ -37,7 +37,7 @@ def original(tmp_path_factory):
 
 @pytest.fixture
 def job(original, tmp_path):
-    """A copy to spoil, and the restitution that LAMMPS printed."""
+    """Return a copy of the job, which a test may change, and the restitution from LAMMPS."""
     folder = tmp_path / "job"
     shutil.copytree(original[0], folder)
     return folder, original[1]
@@ -50,7 +50,7 @@ def without(*names):
 @pytest.mark.parametrize("source", ["mass column", "types and data", "data alone", "given"])
 @pytest.mark.slow_cases
 def test_restitution_is_that_of_the_centre_of_mass(job, source, chaincor):
-    """Must show 1 of the issue: unweighted, the same dump gives 0.976."""
+    """Require the restitution of the centre of mass; without masses, the dump gives 0.976."""
     folder, printed = job
     dump = folder / "dump.lammpstrj"
     options = []
@@ -71,9 +71,9 @@ def test_restitution_is_that_of_the_centre_of_mass(job, source, chaincor):
     assert abs(result["restitution"] - printed) <= result["data_error"]
     assert result["data_error"] < 1e-12
     assert result["masses"] == MASSES.tolist()
-    assert result["contacts"] == 66  # as the job counted them
-    # The error is of second order in the step, 1e-2. An error of 1e-4 would mean that a mass is
-    # left out.
+    assert result["contacts"] == 66  # the number that the job counted
+    # The error is of second order in the time step, 1e-2. An error of 1e-4 would mean that a mass
+    # is left out.
     assert abs(result["energy_drift"]) < 1e-5
     # Contacts come from the integration between frames, which has the error of Verlet steps.
     assert abs(result["momentum_residual"]) < 1e-3
@@ -88,7 +88,7 @@ def test_mode_energies_are_those_of_the_chain_that_it_is(job):
     stiffness[0, 0] = stiffness[-1, -1] = 1.0
     root = np.sqrt(np.outer(MASSES, MASSES))
     squares = np.linalg.eigvalsh(stiffness / root)
-    # Squares are exact to some eps of the largest one, 2.2.
+    # Squared frequencies are exact to some eps times the largest, 2.2.
     np.testing.assert_allclose(analysis.mode_frequencies**2, squares, atol=1e-14)
 
 
@@ -108,7 +108,7 @@ def test_types_of_unknown_masses_are_refused_by_name(job, chaincor):
 
 
 def test_masses_that_nothing_tells_show_by_the_exit_status(job, chaincor):
-    """Taken to be alike, particles that are not gain momentum that no wall explains."""
+    """Report a contradiction: with equal masses assumed, momentum changes without a wall."""
     folder, _ = job
     keep_columns(folder / "dump.lammpstrj", without("mass", "type"))
     (folder / "chain.data").unlink()
@@ -189,7 +189,7 @@ def test_pictures_and_tables_are_weighed(job, tmp_path):
 
 
 def test_two_steps_tell_the_error_of_the_run(job, tmp_path):
-    """The bar holds the truth of an integration that shares nothing, and no more than it must."""
+    """Require that the error bar covers the exact restitution and is not too wide."""
     tree = tmp_path / "tree"
     shutil.copytree(job[0], tree / "coarse")
     run_two_masses(tree / "fine", timestep=0.005)

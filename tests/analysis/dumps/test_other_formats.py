@@ -13,7 +13,7 @@ def test_ase_atoms_hold_the_numbers_unchanged(harmonic20, dump_writer):
     u, v = harmonic20.state(TIMES[4])
     assert len(frames) == len(TIMES)
     np.testing.assert_array_equal(frames[4].get_positions()[:, 0], u + np.arange(20))
-    # ASE stores momenta; masses are 1, so the velocities come back as they went in.
+    # ASE stores momenta. The velocities come back unchanged, because masses are 1.
     np.testing.assert_array_equal(frames[4].get_velocities()[:, 0], v)
     np.testing.assert_array_equal(frames[4].get_array("displacement"), u)
     assert frames[4].info == {"time": TIMES[4], "step": 800}

@@ -50,7 +50,7 @@ def test_restitution_is_within_the_error_of_the_format(states, tmp_path, ending)
     assert abs(analysis.restitution - ETA20) <= analysis.data_error + 1e-11
     assert analysis.contacts == 17
     assert analysis.contradictions == ()
-    # float64; 8 decimals (velocities are 0.1); 24 bits.
+    # The formats store float64, 8 decimals (velocities are 0.1), and 24 bits.
     largest = 1e-11 if ending == "traj" else 5e-6
     assert analysis.data_error < largest
 
@@ -98,7 +98,7 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
 
 
 def test_round_numbers_at_first_do_not_tell_the_digits(states, tmp_path):
-    # As LAMMPS prints them, by %g: six digits, of which the first frames show one or two.
+    # LAMMPS prints by %g with six digits, of which the first frames show one or two.
     path = tmp_path / "g.extxyz"
     lines = []
     for k in range(60):
@@ -108,7 +108,7 @@ def test_round_numbers_at_first_do_not_tell_the_digits(states, tmp_path):
     path.write_text("\n".join(lines) + "\n")
     *_, last = open_trajectory(path)
     assert last.significant_digits() == 6
-    # Half a unit of the sixth digit of 0.17.
+    # The tolerance is half a unit of the sixth digit of 0.17.
     np.testing.assert_allclose(last.resolution("vx", 6), 5e-7)
 
 

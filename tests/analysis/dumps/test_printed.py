@@ -26,7 +26,7 @@ def test_the_last_number_of_each_name_counts():
     assert found["contacts"] == 9
     assert math.isnan(found["restitution_error"])
     assert math.isnan(found["momentum_change"])
-    # The last printed text is no number, and an older number is not the result of the script.
+    # The last printed text is no number, and an earlier number is not the result of the script.
     assert "restitution" not in found
     assert printed_numbers(LOG.replace("0.1.2", "null x"), ("restitution",)) == {
         "restitution": 0.75

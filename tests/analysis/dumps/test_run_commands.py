@@ -53,7 +53,8 @@ def test_continued_lines_are_one_command_and_a_hash_in_quotes_begins_no_comment(
     assert commands.stock_wall
     assert commands.timestep == 0.01
     assert [is_computed(c) for c in commands.named("fix")[0][script]] == [False, True]
-    # LAMMPS writes joined lines to its log, where anything may be printed besides.
+    # LAMMPS writes continued lines to its log as one line. The log also has any text that the
+    # script prints.
     log.write_text('it prints """ and &\nfix w all wall/reflect xlo 0.5 &\ntimestep 0.02\n')
     commands = RunCommands.read([log], [script])
     assert commands.setup.walls == {"xlo": "0.5"}

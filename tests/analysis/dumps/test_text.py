@@ -95,7 +95,8 @@ def test_digits_are_those_of_the_longest_number(rows, digits):
 def test_resolution_is_half_a_unit_of_the_last_digit():
     rows = b"1 Ar 12.3456 -0.1\n2 Ar 0.5 -0.1234\n3 Ar 0 1e-05\n"
     frame = read(FRAME[: FRAME.index(b"3 Ar")] + rows)
-    # Six digits: 12.3456 stands for +-5e-5, 0.5 (trailing zeros dropped) for +-5e-7, 0 for itself.
+    # With six digits, 12.3456 has an error of 5e-5, 0.5 (trailing zeros dropped) of 5e-7, and 0 of
+    # none.
     np.testing.assert_allclose(frame.resolution("x", 6), [5e-5, 5e-7, 0.0], rtol=1e-9)
     np.testing.assert_allclose(frame.resolution("vx", 8), [5e-9, 5e-9, 5e-13], rtol=1e-9)
     exact = read(FRAME).resolution("x", 17)

@@ -14,7 +14,7 @@ from chaincor.analysis.job_analysis import infer_timestep
         (None, "timestep ${h}\n", None),
         (None, "timestep 0.01\nrun 5\ntimestep 0.02\n", None),
         (None, "# timestep 0.01\n", None),
-        # Text that a script prints may begin like a command.
+        # A text that a script prints may begin with the name of a command.
         ("timestep ... of all runs\ntimestep 0.0.1\n", "timestep 0.1\n", None),
         ("timestep ${h}\ntimestep 2e-3\n", "timestep ${h}\n", 0.002),
         # The number of composed steps does not give the time.
@@ -38,7 +38,7 @@ def test_flight_of_the_last_particle_tells_the_timestep(harmonic20, dump_writer,
     dump = Dump(path)
     layout = ChainLayout.from_frame(dump.first())
     # The flight counts as free until the speed has changed by 1e-5, late in a flight of 20. With
-    # %g, positions have an error of 5e-5 at each end of a flight of v0 * 20 = 2.
+    # %g, positions have an error of 5e-5 at the start and at the end of a flight over v0 * 20 = 2.
     assert infer_timestep(dump, layout) == pytest.approx(0.005, rel=error)
 
 

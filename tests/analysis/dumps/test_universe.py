@@ -1,4 +1,4 @@
-"""Test that MDAnalysis reads a dump as the how-to page says."""
+"""Test that MDAnalysis reads a dump in the way that the how-to page describes."""
 
 import numpy as np
 import pytest

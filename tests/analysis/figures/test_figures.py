@@ -85,7 +85,7 @@ def test_trajectories_show_the_positions(motion, harmonic20):
     shown = times <= 1.15 * harmonic20.contact_times[-1]
     np.testing.assert_allclose(lines["particle 1"].get_ydata(), u[shown, 0])
     np.testing.assert_array_equal(lines["contacts"].get_xdata(), harmonic20.contact_times)
-    # Sound reaches the last particle after n - 1 time units, wherever this particle is.
+    # Sound reaches the last particle after n - 1 time units.
     x, y = lines["sound, small waves"].get_data()
     far = np.argmin(np.abs(x - 19.0))
     assert y[far] == pytest.approx(19.0 + harmonic20.state(19.0)[0][-1], abs=0.1)
@@ -134,7 +134,7 @@ def test_very_many_curves_have_a_bar_of_colours_or_say_that_they_have_no_legend(
 def test_a_common_factor_is_in_the_label_and_not_over_the_legend():
     curves = {f"n = {k}": ([1.0, 2.0], [1e-7, 3e-7 * k]) for k in (1, 2)}
     ax = plot_curves(curves, "speed", "restitution_error")
-    for _ in range(2):  # drawn twice, warned once
+    for _ in range(2):  # two drawings, one warning
         ax.figure.canvas.draw()
         assert ax.yaxis.get_offset_text().get_text() == ""
         assert ax.get_ylabel().count("10^{") == 1

@@ -1,4 +1,4 @@
-"""Test that the picture of a moment in characters shows positions and velocities."""
+"""Test that the character picture of one moment shows positions and velocities."""
 
 import numpy as np
 
@@ -16,7 +16,8 @@ def lines_of(displacements, velocities, **options):
 
 
 def test_particles_stand_where_they_are():
-    *_, chain = lines_of([0.0, 2.0, 8.0], [0.1, 0.0, -0.1])  # x = 0, 3, 10 of 0 to 10
+    # positions 0, 3, 10 on an axis from 0 to 10
+    *_, chain = lines_of([0.0, 2.0, 8.0], [0.1, 0.0, -0.1])
     assert [k for k, mark in enumerate(chain) if mark == "●"] == [0, 3, 10]
 
 
@@ -37,7 +38,7 @@ def test_particles_that_share_a_column_show_their_mean():
         np.zeros(100), [0.1, -0.1] * 50, impact_velocity=0.1, longest=100.0, columns=11, rows=9
     )
     *plot, chain = crowded.plain.splitlines()
-    # Columns contain ten particles, as many of which approach as leave; the first and the last
-    # five.
+    # A column stands for ten particles, the first and the last for five. Half of them approach,
+    # half leave.
     assert chain == "█" + 10 * "●"
     assert plot[4].count("•") >= 8

@@ -1,9 +1,9 @@
-"""Draw ladders with errors of known kinds, without the code that judges them."""
+"""Draw series of runs at decreasing step with known errors, without the code that judges them."""
 
 import numpy as np
 from scipy.signal import lfilter
 
-# The kind of a ladder, and the order that its verdict must name, or None if it must name none.
+# For each kind of series, the order that the verdict must name, or None if it must name none.
 ORDERS = {
     "order 1": 1.0,
     "order 2": 2.0,
@@ -19,7 +19,7 @@ ORDERS = {
     "order 2 and irregular": None,
     "irregular and noise": None,
 }
-# These verdicts would be wrong for each kind, not just weak.
+# For each kind, these verdicts would be wrong, not just imprecise.
 WRONG = {
     **dict.fromkeys([k for k in ORDERS if k.startswith("order")], ("noise",)),
     **dict.fromkeys([k for k in ORDERS if k.startswith("irregular")], ("regular",)),
@@ -29,7 +29,7 @@ SPAN = 20.0
 
 
 def draw(kind, rungs, columns, random):
-    """Return steps, values and the truth of one ladder."""
+    """Return the steps, the results and the exact limit of one series of runs."""
     steps = SPAN ** (-np.arange(rungs) / (rungs - 1))
     h = steps[:, None] * random.uniform(0.98, 1.02, (rungs, columns))
     reference_value, sign = random.normal(), random.choice([-1.0, 1.0])

@@ -1,4 +1,4 @@
-"""Test bounds on the error from means alone."""
+"""Test bounds on the error that come from the means alone."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ LEAST_HELD = 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / DRAWS)
 @pytest.mark.parametrize("order", [1.0, 2.0, 3.0])
 @pytest.mark.parametrize("ratio", [0.0, 0.3, 1.0, 3.0, 30.0])
 def test_limits_and_biases_are_bounded_at_every_ratio_of_bias_to_noise(order, ratio):
-    """Noise of 1, a bias of `ratio` on the coarsest rung."""
+    """Use noise of size 1 and a bias of `ratio` at the coarsest step."""
     random = np.random.default_rng(3)
     h = np.array([1.0, 0.5, 0.25, 0.125])
     held = []
@@ -49,7 +49,7 @@ def test_what_follows_no_power_is_bounded_by_its_finest_rungs():
 
 
 def test_rungs_that_agree_by_luck_promise_nothing():
-    """Of `couette` and `langevin` inputs: finest rungs that agree, or that some power fits."""
+    """Use `couette` and `langevin` results in which the finest steps agree by chance."""
     h = np.array([1.0, 0.5, 0.25, 0.125])
     for values, limit in (
         ([2.4762, 2.6902, 2.9291, 2.9279], 2.8690),
@@ -59,13 +59,13 @@ def test_rungs_that_agree_by_luck_promise_nothing():
         columns = np.array(values)[:, None] * np.ones((4, 3))
         found = judge_means(h[:, None] * np.ones((4, 3)), columns, np.full(4, 1e-6))
         assert abs(found.value - limit) < found.value_error
-        # The slope is that between the finest rungs, taken twice.
+        # The error bar uses twice the largest slope between the three finest steps.
         slopes = np.abs(np.diff(values[1:]) / np.diff(h[1:]))
         assert found.value_error == pytest.approx(2.0 * slopes.max() * h[-1], rel=1e-3)
 
 
 def test_a_rung_without_scatter_is_no_end():
-    """All runs of a rung may have as many steps, and the same digits, where others scatter."""
+    """Give equal results to all runs at one step, while the runs at other steps scatter."""
     h = np.array([1.0, 0.5, 0.25, 0.125])[:, None] * np.array([[0.98, 1.0, 1.01, 1.02]])
     values = 3.0 + 1e-2 * h**2 + 1e-3 * np.random.default_rng(4).normal(size=h.shape)
     for rung in range(4):

@@ -1,4 +1,4 @@
-"""Test verdicts on errors that are known."""
+"""Test verdicts on series of runs with known errors."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ import pytest
 from chaincor.analysis.ladders.verdict import judge_ladder
 from tests.analysis.ladders.draws import ORDERS, WRONG, draw
 
-# In 300 draws of each kind, benchmarks/bars/ladders.py finds no order 1 or 2 in another kind, and
-# takes 1 % of noise for a law. The 12 draws here find broken code.
+# In 300 draws of each kind, benchmarks/bars/ladders.py finds no order 1 or 2 in a series of another
+# kind, and finds an order in 1 % of the noise. The 12 draws here are enough to find broken code.
 DRAWS = 12
 
 
@@ -26,7 +26,8 @@ def test_no_kind_is_taken_for_another(kind):
             printed += 1
             wrong += abs(verdict.order - ORDERS[kind]) > 0.5
     assert wrong == 0
-    # Error bars hold in 95 of 100 cases, so 4 failures of 12 have a probability of 0.2 %.
+    # Error bars cover the exact limit in 95 of 100 cases; 4 failures of 12 have a probability of
+    # 0.2 %.
     assert outside <= 3
     if kind in ("order 1", "order 2", "order 4", "irregular, bounded"):
         assert printed >= DRAWS - 3
@@ -34,26 +35,26 @@ def test_no_kind_is_taken_for_another(kind):
 
 @pytest.mark.slow
 def test_bars_hold_where_ladders_are_weakest():
-    """Noise as large as half the bias, on 4 rungs of 4 runs: what a bare study has."""
+    """Use noise of half the bias and 4 runs at each of 4 steps, as in a default study."""
     random = np.random.default_rng(22)
     held = []
     for _ in range(200):
         h, values, reference_value = draw("order 2 in strong noise", 4, 4, random)
         verdict = judge_ladder(h, values)
         held.append(abs(verdict.value - reference_value) <= verdict.value_error)
-    # The limit is 95 of 100, less three standard deviations of 200 draws.
+    # For 200 draws, the limit is three standard deviations below 95 of 100.
     assert np.mean(held) > 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / 200)
 
 
 def test_seeds_of_different_levels_do_not_hide_the_order():
-    # The number varies a hundred times more between seeds than with the step.
+    # The result varies a hundred times more between seeds than with the step.
     random = np.random.default_rng(3)
     h = 20.0 ** (-np.arange(8) / 7)[:, None] * random.uniform(0.98, 1.02, (8, 6))
     values = random.normal(size=6) + 1e-2 * random.uniform(0.5, 1.5, 6) * h**2
     verdict = judge_ladder(h, values, seeded=True)
     assert verdict.kind == "regular"
     assert abs(verdict.order - 2.0) <= verdict.order_error
-    # The deviation of one run comes from its seed and is part of the scatter.
+    # The scatter includes the deviations that come from seeds.
     assert verdict.scatter[-1] > 0.1
 
 
@@ -68,8 +69,7 @@ def test_equal_digits_tell_nothing():
 
 
 def test_digits_that_are_printed_limit_the_value():
-    # With six digits, the unit of the last digit limits the accuracy to sqrt(1/12) of it in each
-    # run.
+    # With six digits, each result has an error of sqrt(1/12) units of the last digit.
     random = np.random.default_rng(5)
     h = 20.0 ** (-np.arange(8) / 7)[:, None] * random.uniform(0.98, 1.02, (8, 8))
     values = np.round(0.5 + 1e-2 * h**2, 6)

@@ -20,7 +20,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 
-# This is Toda's bond with b = 10, with compression and stretch exchanged.
+# This is the toda bond with b = 10, with compression and stretch exchanged.
 MIRRORED_TODA = Scene(
     potential="formula",
     energy="(exp(10*(r-1)) - 1)/100 - (r-1)/10",
@@ -84,7 +84,7 @@ def test_steep_fronts_swing_about_their_limit():
     slopes = limiting_loss(y) / y
     assert (slopes.min(), slopes.max()) == pytest.approx((0.36798, 0.37677), abs=5e-5)
     assert float(limiting_loss(80.0)) / 80.0 == pytest.approx(0.37297, abs=5e-5)
-    # kappa v* is 21 x 0.128489, and the same for all toda bonds.
+    # For lj, kappa v* is 21 x 0.128489; for toda, it does not depend on b.
     assert long_chain_slope(LennardJones()) == pytest.approx(STEEP_LIMIT * 2.698270, rel=1e-5)
     assert long_chain_slope(Toda(3.0)) == pytest.approx(long_chain_slope(Toda(10.0)), rel=1e-6)
     with pytest.raises(InputError, match="has no cubic term"):
@@ -128,9 +128,9 @@ def test_chains_are_on_the_curve(bond):
     for length in range(n - 36, n + 37, 12):
         chain = Scene(**bond, particles=length, velocity=velocity, engine="reference")
         losses.append(1.0 - collide(chain, tolerance=1e-5).restitution)
-    # The theory leaves out a term of about 10 n^(-4/3) at such lengths (slow_chains.md), whose
-    # power is unknown.
+    # The theory leaves out a term of about 10 n^(-4/3) at these lengths (slow_chains.md); the power
+    # is uncertain.
     expected = slow_chain_dissipation(scene.bond, n, velocity)
     assert np.mean(losses) == pytest.approx(expected, abs=12.0 * n ** (-4.0 / 3.0))
-    # The term with the front's lead is needed, because it is 0.24 of n^(2/3) (1 - eta) here.
+    # The term with the front's lead is needed: it contributes 0.24 to n^(2/3) (1 - eta) here.
     assert abs(np.mean(losses) - expected) < 0.6 * 2.0 * FRONT_LEAD / n

@@ -34,7 +34,7 @@ def test_a_second_method_agrees(variable, order):
 @pytest.mark.slow
 def test_another_wave_takes_over_between_18_and_19():
     earlier, later = (front_loss(variable, 3, 0.5).minima[:2] for variable in (18.0, 19.0))
-    # The deepest minimum for 18 lies before the second contact, and for 19 after it.
+    # At y = 18, the deepest minimum is ahead of the second deepest; at y = 19, behind it.
     assert earlier[0].place > earlier[1].place + 3.0
     assert later[0].place < later[1].place - 3.0
 
