@@ -55,7 +55,7 @@ NOTHING_KNOWN = Known()
 
 class CollisionFrames:
     """
-    Frames of a collision in order of time, with the evidence of the first frame.
+    Frames of a collision in order of time, with the initial state read from the first frame.
 
     Raises InputError if time, masses or speed are unknown, or if known data contradict the first
     frame.

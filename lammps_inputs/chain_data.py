@@ -58,7 +58,7 @@ def format_data(line: Line, bond_types: int = 1, units: UnitSystem = CHAIN_UNITS
 
 
 def _slowness(masses: Array, velocities: Array) -> float:
-    """Return a factor of the free space, for bodies that separate slowly or move fast."""
+    """Return the factor that enlarges the box for bodies that separate slowly or move fast."""
     slow = max(1.0, float(np.mean(masses)) ** 0.5)
     return slow * max(1.0, 2.0 * float(np.max(np.abs(velocities))))
 

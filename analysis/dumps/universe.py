@@ -53,9 +53,9 @@ def universe_of_states(states: Sequence[ChainState], masses: Array) -> MDAnalysi
     """
     Return one or more states of a chain as an MDAnalysis Universe in reduced units.
 
-    `masses`, of shape (n,) or (n + M,), begin with the chain; a free target follows. Atoms have ids
-    from 1 on in this order, masses, and bonds between neighbours. There is no box. In each frame
-    ``ts.data`` contains the float64 columns ``vx``, ``v_displacement`` and ``v_time``.
+    `masses`, of shape (n,) or (n + M,), begin with the chain; a free target follows. Atoms are
+    numbered from 1 in this order. They have masses, and neighbours are bonded. There is no box. In
+    each frame ``ts.data`` contains the float64 columns ``vx``, ``v_displacement`` and ``v_time``.
     """
     n, times = masses.size, [state.time for state in states]
     universe = MDAnalysis.Universe.empty(n, trajectory=False, velocities=True)

@@ -78,8 +78,8 @@ def _bracket(code: FormulaCode, values: tuple[float, ...], refuse: Refuse) -> tu
     places = np.flatnonzero(falls)
     if not len(places):
         raise refuse(
-            "has no stable natural length: its force falls through zero nowhere from length "
-            f"{1.0 + _SHORTEST_REST:g} to {1.0 + _LONGEST_REST:g}",
+            "has no stable natural length: its force does not change from positive to negative "
+            f"between lengths {1.0 + _SHORTEST_REST:g} and {1.0 + _LONGEST_REST:g}",
             "Scale lengths so that the minimum is near length 1",
         )
     nearest = places[np.argmin(np.abs(strains[places] + strains[places + 1]))]

@@ -230,8 +230,8 @@ class Potential(ABC):
         else:
             asked, low, high = energies, np.full(len(energies), -700.0), np.zeros(len(energies))
             expm1, keep = _expm1, _keep_halves
-        # Intervals of the logarithm of the length are halved, because log bonds become as short as
-        # exp(-energy).
+        # Bisect the logarithm of the length and not the length, because log bonds become as short
+        # as exp(-energy).
         with np.errstate(all="ignore"):
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)

@@ -153,7 +153,7 @@ def _is_number(word: str) -> bool:
 def _header(
     words: list[str], line: str, path: str, settings: dict[str, int]
 ) -> tuple[dict[str, list[float]], tuple[str, ...]]:
-    """Return the values in a header by word, and the words that LAMMPS ignores."""
+    """Return the numbers after each keyword of a header, and the keywords that LAMMPS ignores."""
     found: dict[str, list[float]] = {}
     repeated: list[str] = []
     said = f"table {path!r} has the line {line.strip()[:60]!r}"

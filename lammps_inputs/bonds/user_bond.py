@@ -140,11 +140,11 @@ class UserBond(Potential):
 
     def sound_stiffness(self, energy: float) -> float:
         """
-        Return the stiffness of a bond compressed to a small fraction of an energy.
+        Return the stiffness of a slightly compressed bond, which determines the speed of sound.
 
-        The result is U'' at s = 0, or the secant of the force if the two differ much. U'' is
-        computed as a difference. If the force is not linear within this difference, for example for
-        U ~ s^4 or s^1.5, the secant is right.
+        The bond stores a small fraction of `energy`. The result is U'' at s = 0, or the secant of
+        the force if these two differ much. U'' is computed as a difference. If the force is not
+        linear within this difference, for example for U ~ s^4 or s^1.5, the secant is right.
         """
         if self.smooth:
             return self.stiffness

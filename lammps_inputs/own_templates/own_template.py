@@ -73,7 +73,7 @@ class OwnTemplate:
 
     def render(self, values: dict[str, Any], plain: str | None = None) -> str:
         """
-        Render a whole script, or the job with the blocks of the template.
+        Render the template: as a whole script, or as a job whose blocks the template replaces.
 
         `plain` is the job without these blocks. Commands that are not in `plain` come from the
         template and are checked. Rendering runs in a separate process, with limited time and

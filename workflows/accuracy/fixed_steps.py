@@ -55,7 +55,7 @@ _NEARER, _SAME = 0.15, 1e-9
 # A step whose usual error is below this limit resolves a long chain; longer steps do not show
 # whether contacts depend on the last digit. In lj chains of 3000 and 4000 particles (0.4 v*),
 # contacts do not depend on the last digit at H = 0.063, but seem to do so at H = 0.126. In chains
-# of 4500 to 10000 particles, contacts depend on the last digit at any step.
+# of 4500 to 10000 particles, rounding changes the contacts at every tested step.
 _RESOLVED = 2e-11
 _MOST_REFINEMENTS = 15
 _LEAST_STEP = 1e-5

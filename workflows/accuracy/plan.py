@@ -47,8 +47,8 @@ from chaincor.workflows.errors import CostError, RunError
 
 # All runs of the reference engine together cost as much as this many runs at the planned step.
 _REFERENCE_RUNS = 2.1
-# If the energy can break this many bonds, motions at different steps separate so fast that the
-# first step seldom reaches the target error.
+# If the energy can break this many bonds, runs with different time steps diverge so fast that the
+# planned time step seldom reaches the target error.
 _SHATTERED = 33.0
 # The cost was measured for chains of up to this many particles; longer chains do not fit into the
 # processor's cache.

@@ -131,12 +131,12 @@ def evaporation(pieces: Fragments, bond: Potential) -> float:
     r"""
     Return the largest impulse that a wall can give a part that a fragment ejects.
 
-    A part with the mass :math:`m'`, of the fragment's mass m, moves at :math:`w` relative to the
-    rest. The energy of this motion is :math:`\tfrac12 \mu w^2` with :math:`\mu = m'(m - m')/m`. The
-    part hits the wall at the speed :math:`w (m - m')/m - V`, or it hits fragments in between, which
-    pass the momentum on. A bond breaks with the energy E; the rest of the internal energy, :math:`I
-    - E`, is shared freely among n particles. The energy of one motion exceeds :math:`(I - E)(1 -
-    q^{1/(n-2)})` with the probability q. Return 0 if no part can come back.
+    The fragment has the mass m. A part of it, with the mass :math:`m'`, moves at :math:`w` relative
+    to the rest. The energy of this motion is :math:`\tfrac12 \mu w^2` with :math:`\mu = m'(m -
+    m')/m`. The part hits the wall at the speed :math:`w (m - m')/m - V`, or it hits fragments in
+    between, which pass the momentum on. A bond breaks with the energy E; the rest of the internal
+    energy, :math:`I - E`, is shared freely among n particles. The energy of one motion exceeds
+    :math:`(I - E)(1 - q^{1/(n-2)})` with the probability q. Return 0 if no part can come back.
     """
     breaking = breaking_energy(bond)
     paid = breaking if math.isfinite(breaking) else 0.0

@@ -1,4 +1,4 @@
-"""Name quantities and their errors in sentences of the bottom line."""
+"""Name quantities and their errors for the sentences at the end of a study."""
 
 import math
 import re

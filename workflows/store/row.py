@@ -49,8 +49,8 @@ class Row:
     """
     Row of a results store.
 
-    A worker fills the columns with the result. The store adds the key and the columns with the
-    scene.
+    A worker fills the columns that describe the result. The store fills the key and the columns
+    that describe the scene.
 
     The tolerance of a row is the tightest requested tolerance that the result meets, or for which
     no run could give a better result. The tolerance is None if the scene has explicit numerics.

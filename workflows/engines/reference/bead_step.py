@@ -121,7 +121,8 @@ def build_bead_step(rates: Callable, register: Callable) -> tuple[Callable, Call
 
     @register
     def estimate(step: float, path: Any) -> float:
-        # This is Hairer's combination of the embedded orders 5 and 3, largest over the components.
+        # This is Hairer's combination of the error estimates of orders 5 and 3. The largest value
+        # of all components counts.
         low = largest(path.method.third, path.arrays.errors[0], path)
         high = largest(path.method.fifth, path.arrays.errors[1], path)
         if high == 0.0:

@@ -203,7 +203,7 @@ def build_coarse_steps(source: KernelSpec, stages: VerletKernels) -> Callable:
 
 def build_look_ahead(source: KernelSpec, stages: VerletKernels) -> Callable:
     """
-    Return the loop over coarse steps of many chains at a hard wall.
+    Return a loop that moves many chains at a hard wall by coarse steps.
 
     ``look_ahead(run_states, strains, velocities, counts, steps, clearances, done, parameters)``
     moves each chain, stored as a row of the arrays, by `counts` steps while its distance from the
