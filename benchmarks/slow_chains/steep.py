@@ -15,16 +15,11 @@ from chaincor.analysis.slow_chains.front import Grid
 
 TABLE = Path(__file__).with_name("steep.csv")
 HEADER = ["variable", "spacing", "place", "loss"]
-VARIABLES = (50.0, 60.0, 70.0, 80.0, 100.0, 120.0, 160.0, 240.0, 320.0, 480.0)
-# Spacings in widths of the leading soliton, for y up to 240 and above.
-SPACINGS, _STEEPEST = ((0.25, 0.2), (0.3, 0.25)), 240.0
+VARIABLES = (60.0, 80.0, 100.0, 120.0, 160.0, 240.0)
+# Spacings in widths of the leading soliton.
+SPACINGS = (0.25, 0.2)
 # Number of minima of the table for each front.
 _MINIMA = 5
-
-
-def spacings(variable: float) -> tuple[float, float]:
-    """Return the two spacings for y, the coarser first."""
-    return SPACINGS[variable > _STEEPEST]
 
 
 def steep_minima(variable: float, spacing: float) -> list[tuple[float, float]]:
@@ -47,7 +42,7 @@ def main() -> None:
     with growing_table(TABLE, HEADER) as (rows, add):
         known = {(row[0], row[1]) for row in rows}
         for variable in VARIABLES:
-            for spacing in spacings(variable):
+            for spacing in SPACINGS:
                 if (str(variable), str(spacing)) not in known:
                     found = steep_minima(variable, spacing)
                     add([variable, spacing, f"{x:.5f}", f"{loss:.6f}"] for x, loss in found)
