@@ -97,6 +97,9 @@ class IntoStore:
         self._recompute, self._retry_failed, self._keep_jobs = recompute, retry_failed, keep_jobs
         self.tally = Tally()  #: Counts so far.
         self._version, self._shared = store.version(), False
+        # New results for rows with arrays need their own arrays. Otherwise a worker sends none,
+        # because arrays take most of the time of a transfer.
+        self._sends_arrays = arrays or store.has_arrays()
         self._cells: Cells | None = None
         self._windows: Iterator[list[Point]] = iter(())
         if not isinstance(scenes, Cells):
@@ -137,7 +140,7 @@ class IntoStore:
         with progress_bar(progress, points, seconds) as advance:
             carry_out(
                 self._tasks(executor, most(), seconds, advance),
-                collide_to_rows if self._details else partial(collide_to_rows, details=False),
+                partial(collide_to_rows, details=self._details, arrays=self._sends_arrays),
                 executor,
                 self._take,
                 in_flight=most,

@@ -101,9 +101,13 @@ def _try_one(scene: Scene, planned: Plan) -> Collision | Exception:
         return error
 
 
-def collide_to_rows(scenes: Sequence[Scene | Point], *, details: bool = True) -> list[Row | None]:
+def collide_to_rows(
+    scenes: Sequence[Scene | Point], *, details: bool = True, arrays: bool = True
+) -> list[Row | None]:
     """Carry out collisions by :func:`collide_scenes`, and create the rows for a store."""
     made = [scene_of(each) for each in scenes]
-    found = zip(collide_scenes(made), made, strict=True)
-    rows = [None if each is None else Row.of(each).of_scene(scene) for each, scene in found]
+    rows = [
+        None if each is None else Row.of(each, arrays=arrays).of_scene(scene)
+        for each, scene in zip(collide_scenes(made), made, strict=True)
+    ]
     return rows if details else [None if row is None else row.without_details() for row in rows]

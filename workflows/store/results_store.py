@@ -168,6 +168,10 @@ class Store:
             # In a read-only file, SQLite allows a transaction but refuses the first change.
             self.connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
+    def has_arrays(self) -> bool:
+        """Return whether any row has arrays."""
+        return bool(self.select("SELECT EXISTS (SELECT 1 FROM arrays)")[1][0][0])
+
     def version(self) -> int:
         """Return a number that changes when another program writes to the store."""
         with named_errors(self.path):

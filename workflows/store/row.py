@@ -66,10 +66,10 @@ class Row:
     arrays: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def of(cls, found: Collision | BaseException) -> Self:
-        """Return the row for a result or a failure."""
+    def of(cls, found: Collision | BaseException, *, arrays: bool = True) -> Self:
+        """Return the row for a result, with its arrays on request, or for a failure."""
         if isinstance(found, Collision):
-            return cls.of_fields(found.plain(), found.arrays())
+            return cls.of_fields(found.plain(), found.arrays() if arrays else None)
         passing = isinstance(found, MissingLibraryError | WorkerDiedError)
         stands = isinstance(found, RunError | InputError) and not passing
         message = one_line(found) or type(found).__name__

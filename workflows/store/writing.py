@@ -68,8 +68,8 @@ def _write(
         return
     had_arrays = old is not None and old.columns["has_arrays"]
     # If the row had arrays, the new ones are written too, because stored arrays must belong to the
-    # row's result.
-    keep_arrays = arrays or had_arrays
+    # row's result. A worker sends arrays only on request.
+    keep_arrays = bool(row.arrays) and (arrays or had_arrays)
     columns |= _NO_FAILURE
     if old is not None:
         new = Row(columns | {"has_arrays": keep_arrays})

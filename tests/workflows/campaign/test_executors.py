@@ -106,7 +106,7 @@ def test_workers_says_how_many_tasks_an_unknown_executor_has(expected):
     assert len(executor.asked) > 3
 
 
-def _die(_scenes):
+def _die(_scenes, **_options):
     os.kill(os.getpid(), signal.SIGKILL)
 
 

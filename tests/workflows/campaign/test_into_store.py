@@ -37,7 +37,7 @@ def counted(monkeypatch, make_attempt):
     """Put something instant in place of a collision, and list what is asked of it."""
     asked = []
 
-    def instant(scenes):
+    def instant(scenes, **options):
         if len(scenes) > 1:
             return [None] * len(scenes)
         asked.extend(scenes)
@@ -189,7 +189,7 @@ def test_an_interruption_keeps_what_is_done(store, make_attempt, monkeypatch):
 
     signal.signal(signal.SIGINT, hear)
 
-    def interrupting(scenes):
+    def interrupting(scenes, **options):
         if len(finished) == 3:
             signal.raise_signal(signal.SIGINT)
             # A collision is running when the main thread is interrupted.
@@ -283,9 +283,9 @@ def test_a_death_over_several_is_looked_into_one_by_one(store, counted, monkeypa
     alike = [Scene(particles=20, speed=0.01 * k, engine="reference") for k in range(1, 41)]
     tasks, alone = [], into_store.collide_to_rows
 
-    def dying(scenes):
+    def dying(scenes, **options):
         if len(scenes) == 1:
-            return alone(scenes)
+            return alone(scenes, **options)
         tasks.append(scenes)
         raise WorkerDiedError("killed by SIGKILL")
 
@@ -299,9 +299,9 @@ def test_what_cannot_be_done_together_is_done_alone(store, counted, monkeypatch,
 
     alone = into_store.collide_to_rows
 
-    def half(scenes):
+    def half(scenes, **options):
         if len(scenes) == 1:
-            return alone(scenes)
+            return alone(scenes, **options)
         made = [make_attempt(scene, 0.75).row.of_scene(scene) for scene in scenes]
         return [row if k % 2 else None for k, row in enumerate(made)]
 
@@ -316,7 +316,7 @@ def test_what_cannot_be_done_together_is_done_alone(store, counted, monkeypatch,
 def test_workers_begin_with_different_bonds(store, monkeypatch, make_attempt):
     begun = []
 
-    def instant(scenes):
+    def instant(scenes, **options):
         begun.append({scene.label for scene in scenes})
         return [make_attempt(scene).row.of_scene(scene) for scene in scenes]
 
@@ -383,3 +383,40 @@ def test_rows_without_details_keep_their_columns_and_take_less_room(tmp_path):
         assert IntoStore(store, scenes).todo == []
         store.record([(scenes[0], Row.of(collide(scenes[0])))], replace=True)
         assert store.find(scenes[0]).columns["details"] is not None
+
+
+class _Recording(carry_out.SerialExecutor):
+    """Record the rows that come from workers."""
+
+    def __init__(self):
+        self.rows = []
+
+    def submit(self, function, /, *args, **kwargs):
+        future = super().submit(function, *args, **kwargs)
+        self.rows += future.result()
+        return future
+
+
+@pytest.mark.parametrize("arrays", [False, True])
+def test_workers_send_arrays_only_if_a_row_needs_them(store, arrays):
+    scenes = [Scene(particles=n, engine="reference", tolerance=1e-4) for n in (2, 3)]
+    IntoStore(store, scenes[:1], arrays=arrays).run(carry_out.SerialExecutor(), in_flight=1)
+    # Without this request, the tighter results of rows with arrays must bring their arrays along.
+    executor, tight = _Recording(), [scene.replace(tolerance=1e-7) for scene in scenes]
+    IntoStore(store, tight).run(executor, in_flight=1)
+    assert [bool(row.arrays) for row in executor.rows] == [arrays, arrays]
+    kept = [store.find(scene, arrays=True).arrays for scene in tight]
+    assert [bool(each) for each in kept] == [arrays, False]
+    if arrays:
+        assert kept[0]["contact_times"].tolist() == collide(tight[0]).contact_times.tolist()
+
+
+def test_a_better_result_without_arrays_drops_those_of_the_older_result(store, make_attempt):
+    loose = SCENES[0].replace(tolerance=1e-4)
+    store.record([make_attempt(loose, error=1e-5)], arrays=True)
+    assert store.has_arrays()
+    tight = make_attempt(loose.replace(tolerance=1e-7), error=1e-8)
+    store.record([(tight.scene, Row(tight.row.columns))])
+    assert store.find(loose, arrays=True).arrays == {}
+    assert not store.has_arrays()
+    assert store.find(loose).restitution_error == 1e-8
