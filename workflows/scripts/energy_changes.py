@@ -14,8 +14,9 @@ from chaincor.workflows.scripts.step_counts import find_step_counts, plain_style
 from chaincor.workflows.scripts.tolerances import thermal_tolerance
 from chaincor.workflows.scripts.varied import Varied
 
-# Quantities in _KEPT are conserved without a thermostat, and _KEPT_IN_BATH is conserved with one.
-_KEPT, _KEPT_IN_BATH = ("etotal", "econserve"), "econserve"
+# LAMMPS conserves these quantities without a thermostat. econserve also counts the energy that some
+# thermostats exchange.
+_KEPT, _COUNTING = ("etotal", "econserve"), "econserve"
 # A cause is confirmed if its removal leaves less than this fraction of the drift.
 _CURED = 0.3
 # These fixes exchange energy with the particles.
@@ -23,6 +24,11 @@ _BATHS = ("nvt", "npt", "nph", "langevin", "temp/", "press/", "deform", "rigid/n
           "brownian", "gle", "gld", "wall/", "move", "addforce", "efield", "indent", "heat", "ehex",
           "viscous", "setforce", "smd", "thermal/", "aveforce", "nve/limit", "evaporate", "deposit",
           "pour", "gcmc", "freeze", "drag", "gravity")  # fmt: skip
+# econserve counts the energy that these fixes exchange, as measured with LAMMPS of 2025-07-22: with
+# them it stays constant to 1e-3 where etotal changes by a tenth. It counts fix langevin only with
+# the keyword `tally yes`, and no other fix.
+_COUNTED = ("nvt", "npt", "nph", "temp/", "rigid/nvt", "rigid/npt")
+_TALLY = "tally yes"
 _UNSHIFTED = ("lj/cut", "lj96/cut", "morse", "buck", "yukawa", "born", "mie/cut", "lj/expand")
 # If a table has fewer rows, its forces differ visibly from the slope of its energies.
 _FEW_ROWS = 2000
@@ -36,6 +42,8 @@ class DriftCause(NamedTuple):
     remedy: str = ""
     #: Fix that exchanges energy, and its line in the script; empty for other causes.
     exchanges: str = ""
+    counted: bool = False  #: Whether econserve counts the energy that the fix exchanges.
+    countable: bool = False  #: Whether `tally yes` would make econserve count this energy.
 
 
 @dataclass(frozen=True)
@@ -64,7 +72,7 @@ class EnergyChange:
         if fix := self._bath:
             return (
                 f"{what} drifts by {self.drift:.2g} at every timestep. {fix} exchanges energy, so "
-                f"{what} need not be conserved; look at {_KEPT_IN_BATH}:drift instead."
+                f"{what} need not be conserved{self._instead}."
             )
         text = f"No timestep cures the drift of {what} by {self.drift:.2g}"
         if cause is None:
@@ -75,6 +83,16 @@ class EnergyChange:
     def _bath(self) -> str:
         """Thermostat or other fix that exchanges energy; empty if there is none."""
         return self.causes[0].exchanges if self.causes else ""
+
+    @property
+    def _instead(self) -> str:
+        """Clause on the conserved quantity that counts the exchanged energy; empty if none does."""
+        exchanges = [each for each in self.causes if each.exchanges]
+        if all(each.counted for each in exchanges):
+            return f"; look at {_COUNTING}:drift instead"
+        if all(each.counted or each.countable for each in exchanges):
+            return f"; add '{_TALLY}' to fix langevin and look at {_COUNTING}:drift instead"
+        return ""
 
     def __str__(self) -> str:
         if self._bath:
@@ -148,7 +166,7 @@ def _rungs(varied: Varied) -> list[float]:
 def _find_causes(script: ScriptText, what: str) -> Iterator[DriftCause]:
     """Find possible causes in the commands of the script, with the likeliest cause first."""
     searches: tuple[Callable[[Command], DriftCause | None], ...] = (
-        *([] if what == _KEPT_IN_BATH else [_bath]),
+        lambda command: _bath(command, what),
         lambda command: _cutoff(command, script),
         _neighbours,
         _table,
@@ -161,12 +179,19 @@ def _find_causes(script: ScriptText, what: str) -> Iterator[DriftCause]:
             yield DriftCause(f"'{count.what}' ({count.command}), which {count.says}")
 
 
-def _bath(command: Command) -> DriftCause | None:
+def _bath(command: Command, what: str) -> DriftCause | None:
     words = command.words
-    if words[0] == "fix" and len(words) > 3 and plain_style(words[3]).startswith(_BATHS):
-        fix = f"'fix {words[1]} {words[2]} {words[3]}' ({command})"
-        return DriftCause(f"the exchange of energy by {fix}", exchanges=fix)
-    return None
+    if words[0] != "fix" or len(words) < 4 or not plain_style(words[3]).startswith(_BATHS):
+        return None
+    style = plain_style(words[3])
+    countable = style.startswith("langevin")
+    counted = style.startswith(_COUNTED) or (countable and _TALLY in " ".join(words))
+    if counted and what == _COUNTING:
+        return None
+    fix = f"'fix {words[1]} {words[2]} {words[3]}' ({command})"
+    return DriftCause(
+        f"the exchange of energy by {fix}", exchanges=fix, counted=counted, countable=countable
+    )
 
 
 def _cutoff(command: Command, script: ScriptText) -> DriftCause | None:

@@ -263,15 +263,21 @@ def test_a_drift_that_no_step_cures_has_its_cause_tested(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_thermostat_is_named_and_not_tested(tmp_path):
-    more = "fix 2 all langevin 1.0 1.0 0.1 4711"
-    study = study_of(tmp_path, CRYSTAL.format(more=more), "etotal:drift", phases=3)
+@pytest.mark.parametrize(
+    ("fix", "instead"),
+    [
+        ("langevin 1.0 1.0 0.1 4711", "; add 'tally yes' to fix langevin and look at econserve:d"),
+        ("langevin 1.0 1.0 0.1 4711 tally yes", "; look at econserve:drift instead."),
+        ("viscous 0.5", "."),
+    ],
+)
+def test_a_thermostat_is_named_and_not_tested(fix, instead, tmp_path):
+    study = study_of(tmp_path, CRYSTAL.format(more=f"fix 2 all {fix}"), "etotal:drift", phases=3)
     (change,) = study.changes
     assert change.tested is None
-    said = "'fix 2 all langevin' (line 11 of in.x) exchanges energy, so etotal need not be "
-    said += "conserved; look at econserve:drift instead."
+    said = f"'fix 2 all {fix.split()[0]}' (line 11 of in.x) exchanges energy, so etotal need not "
     for text in (change.short, str(change)):
-        assert said in text
+        assert f"{said}be conserved{instead}" in text
 
 
 @pytest.mark.slow
