@@ -1,8 +1,8 @@
-# Each target sets itself up in .venv; nothing else is needed but Python 3.11 or later.
+# Each target sets up what it needs in .venv. Python 3.11 or later must be installed.
 PYTHON ?= python3
 BIN := .venv/bin
 
-# Tests start Python some hundred times: what one process compiles the next should only load.
+# Tests start Python some hundred times. Later processes load the modules that an earlier one compiled.
 reproduce test test-all: export PYTHONDONTWRITEBYTECODE =
 
 .PHONY: reproduce test test-all fuzz test-elsewhere coverage check bench docs notebooks install-check clean
@@ -10,7 +10,7 @@ reproduce test test-all: export PYTHONDONTWRITEBYTECODE =
 reproduce: .venv/ready  ## recompute the paper
 	$(BIN)/chaincor reproduce -o reproduction
 
-test: .venv/ready-test  ## the tests that one waits for: every capability, through LAMMPS
+test: .venv/ready-test  ## the quick tests: every capability, through LAMMPS
 	$(BIN)/python -m tests.warm_kernels
 	$(BIN)/python -m pytest -n auto --dist worksteal -m "not slow"
 
@@ -22,10 +22,10 @@ MINUTES ?= 60
 fuzz: .venv/ready-test  ## spoilt files and random command lines: make fuzz MINUTES=60
 	$(BIN)/python -m tests.fuzz $(MINUTES)
 
-test-elsewhere: .venv/ready-test  ## the whole suite as on other machines; takes long
+test-elsewhere: .venv/ready-test  ## the whole suite under conditions of other machines; takes long
 	$(BIN)/python -m tests.elsewhere
 
-coverage: .venv/ready-coverage  ## which lines no test runs; loops that Numba compiles count as not run
+coverage: .venv/ready-coverage  ## lines that no test runs; these include loops that Numba compiles
 	$(BIN)/python -m pytest -n auto --dist worksteal --cov=chaincor --cov=analysis --cov=lammps_inputs --cov=workflows --cov-report=term-missing:skip-covered
 
 check: .venv/ready-check  ## formatting, lint, types, order of imports, prose
@@ -35,10 +35,10 @@ check: .venv/ready-check  ## formatting, lint, types, order of imports, prose
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.prose
 
-bench: .venv/ready-bench  ## ratios against peers, measured in one run
+bench: .venv/ready-bench  ## ratios of times to those of peers, measured in one run
 	$(BIN)/python -m benchmarks
 
-docs: .venv/ready-docs  ## the documentation site, in site/; a warning or a broken link fails
+docs: .venv/ready-docs  ## the documentation site, in site/; fails on a warning or a broken link
 	$(BIN)/python -m sphinx -W --keep-going -q -b html -d build/doctrees docs site
 	$(BIN)/python -m sphinx -W --keep-going -q -b revealjs -d build/doctrees-slides docs/course/slides site/slides
 	$(BIN)/python docs/check_links.py site
@@ -50,7 +50,7 @@ notebooks: .venv/ready-notebook  ## the lessons as notebooks, in lessons/; .venv
 install-check:  ## a plain `pip install .` in a fresh environment, then without LAMMPS
 	PYTHON=$(PYTHON) tests/install_check.sh
 
-# Not all of 11,600 modules compiled at once, but each when it is first imported: a minute less.
+# Each of 11,600 modules is compiled when it is first imported, which makes installation a minute faster.
 PIP = $(BIN)/python -m pip install --quiet --no-compile
 
 .venv/pip:

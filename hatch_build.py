@@ -1,4 +1,4 @@
-"""Build the wheel from the folders themselves: a checkout without symbolic links will do."""
+"""Build the wheel from the folders, so that a checkout needs no symbolic links."""
 
 from pathlib import Path
 from typing import Any
@@ -6,8 +6,8 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 FOLDERS = ("analysis", "lammps_inputs", "workflows")
-# What errors mean, for `chaincor explain`; the slips of the paper, for the report of `reproduce`;
-# texts and data of the lessons, for `chaincor lessons`.
+# `chaincor explain` reads the page of errors, the report of `reproduce` the slips of the paper, and
+# `chaincor lessons` the texts and data of the lessons.
 PAGES = (
     "docs/errors.md",
     "docs/paper_slips.md",
@@ -19,10 +19,10 @@ PAGES = (
 
 
 class FoldersAsPackages(BuildHookInterface):
-    """Put each folder into the package ``chaincor``, where a link to it stands in a checkout."""
+    """Put each folder into the package ``chaincor``; a checkout has links there instead."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Say where the files of the wheel are; an editable one has none, and needs the links."""
+        """Add the folders and pages to the wheel; require the links for an editable install."""
         root = Path(self.root)
         if version == "editable":
             for name in FOLDERS:
@@ -35,7 +35,7 @@ class FoldersAsPackages(BuildHookInterface):
                     )
             return
         for name in FOLDERS:
-            # A source distribution has plain files in place of the links, and nothing beside them.
+            # A source distribution has the folder itself in place of each link.
             folder = root / name if (root / name).is_dir() else root / "chaincor" / name
             build_data["force_include"][str(folder)] = f"chaincor/{name}"
         for page in PAGES:

@@ -1,8 +1,8 @@
 """
-Check the built site for barriers by axe, on a desktop and on a phone.
+Check the built site by axe for barriers to access, on screens of a desktop and a phone.
 
-Skipped, with the name of what is missing, where there is no Chromium or no axe-core
-(``npm install axe-core``, in the folder from where this is run).
+Without Chromium or axe-core, the check is skipped, and the program names the missing one. Install
+axe-core by ``npm install axe-core`` in the folder from which this program runs.
 """
 
 import sys
@@ -13,12 +13,13 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 AXE = Path("node_modules/axe-core/axe.min.js")
 SIZES = ((1280, 900), (375, 800))
-# Pages made from docstrings are all alike, and one of them is looked at; frameworks' own are none.
+# One page made from docstrings is checked, because all are similar. Pages of frameworks are not
+# checked.
 _SKIPPED = ("_static", "reference/api")
-# Axe takes a minute for the longest pages on a busy machine, in seconds.
+# Time limit in seconds; on a busy machine, axe takes a minute for the longest pages.
 _PATIENCE = 900.0
 _READY = "document.body.dataset.state === 'idle' && shown.curve.length > 0"
-# Shows the next slide and waits until it stands still.
+# Show the next slide and wait until its animation ends.
 _NEXT = "Reveal.next(), new Promise((done) => setTimeout(done, 1200))"
 _RUN = (
     "axe.run(document, {preload: false, resultTypes: ['violations']}).then((found) =>"
@@ -45,7 +46,7 @@ def barriers(browser: Any, page: Path, axe: str) -> list[str]:
 
 
 def pages_of(site: Path) -> list[Path]:
-    """Return the pages that are looked at."""
+    """Return the pages that are checked."""
     pages = sorted(site.rglob("*.html"))
     api = [page for page in pages if "reference/api" in page.as_posix()][:1]
     return [

@@ -1,4 +1,4 @@
-"""Check that every link, picture and anchor inside the built site leads somewhere."""
+"""Check that the targets of all links, pictures and anchors in the built site exist."""
 
 import sys
 from html.parser import HTMLParser
@@ -7,7 +7,7 @@ from urllib.parse import unquote, urlsplit
 
 
 class _Page(HTMLParser):
-    """Collect the anchors of a page, and the places it links to."""
+    """Collect the anchors of a page and the targets of its links."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -26,7 +26,7 @@ class _Page(HTMLParser):
 
 def broken_links(site: Path) -> list[str]:
     """
-    Follow all links that stay in the site.
+    Follow all links within the site.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def broken_links(site: Path) -> list[str]:
     Returns
     -------
     list of str
-        One line for each link that leads nowhere and each picture without a text.
+        One line for each link without a target and for each picture without a text.
     """
     pages = {path: _Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html")}
     found = []
@@ -52,7 +52,7 @@ def broken_links(site: Path) -> list[str]:
                 found.append(f"{path}: {target} does not exist")
             elif (
                 parts.fragment
-                and "=" not in parts.fragment  # settings of the live page are no anchor
+                and "=" not in parts.fragment  # settings of the live page, which are no anchor
                 and there in pages
                 and unquote(parts.fragment) not in pages[there].anchors
             ):

@@ -1,4 +1,4 @@
-"""The documentation: built offline by `make docs`, every warning an error."""
+"""Configure the documentation, which `make docs` builds offline with warnings as errors."""
 
 import logging
 import sys
@@ -8,7 +8,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-# Which optional file formats MDAnalysis lacks is nothing to a reader.
+# Readers need no warnings about optional file formats that MDAnalysis lacks.
 logging.getLogger("MDAnalysis").setLevel(logging.ERROR)
 
 project = "chaincor"
@@ -34,8 +34,8 @@ extensions = [
     "public_names",
 ]
 exclude_patterns = ["_build", "course/slides", "examples", "reference/api/modules.rst"]
-# Docstrings name classes without their module. If two modules have a class of one name, the name
-# is shown without a link.
+# Docstrings name classes without their module. If two modules have classes of the same name, the
+# name is shown without a link.
 suppress_warnings = ["ref.python"]
 
 myst_enable_extensions = ["dollarmath", "attrs_inline"]

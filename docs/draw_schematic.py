@@ -1,4 +1,4 @@
-"""Draw what collides: the wall, the chain, its numbers and the x axis, before and after."""
+"""Draw the wall, the numbered chain and the x axis, before and after the collision."""
 
 import math
 from collections.abc import Sequence
@@ -16,9 +16,9 @@ _STYLE = (
 
 
 def draw() -> str:
-    """Return the picture as SVG, black on nothing: a page gives the paper."""
+    """Return the picture as SVG without a background."""
     before = [_WALL + _SPACING * x for x in (0.4, 1.4, 2.4, 4.4)]
-    # Not to scale: what vibrates has bonds of unequal lengths, and unequal velocities.
+    # Not to scale: a vibrating chain has unequal bond lengths and velocities.
     after = [_WALL + _SPACING * x for x in (0.85, 1.95, 2.8, 4.85)]
     parts = [
         *_row(
@@ -37,7 +37,7 @@ def draw() -> str:
 
 
 def _row(places: Sequence[float], y: float, name: str, speeds: Sequence[float]) -> list[str]:
-    """Draw one state of the chain: wall, bonds, numbered particles, an arrow for each velocity."""
+    """Draw one state: wall, bonds, numbered particles, and an arrow for each velocity."""
     numbers = ["1", "2", "3", "n"]
     parts = [_text(20, y - 68, name, weight=600), *_wall(y - 44, y + 34)]
     for left, right in pairwise(places[:3]):
@@ -67,7 +67,7 @@ def _wall(top: float, bottom: float) -> list[str]:
 
 
 def _spring(left: float, right: float, y: float, turns: int = 5) -> str:
-    """Return a zigzag with straight ends."""
+    """Return the zigzag line of a spring, with straight ends."""
     end = 7.0
     width = (right - left - 2 * end) / turns
     points = [(left, y), (left + end, y)]

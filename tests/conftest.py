@@ -13,34 +13,33 @@ from hypothesis import settings
 
 from tests.waiting import HANGS
 
-# A shell that starts the suite in the background makes it ignore Ctrl-C, and with it every process
-# that a test starts and interrupts.
+# If a shell starts the suite in the background, the suite ignores Ctrl-C. Processes that a test
+# starts and interrupts would ignore Ctrl-C, too.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# The load of the machine must not decide whether a property holds.
+# Without a deadline, the load of the machine does not decide whether a property holds.
 settings.register_profile("chaincor", deadline=None, max_examples=60, derandomize=True)
 settings.load_profile("chaincor")
 
-# Only a test that waits for ever takes this long, including set-up and clean-up.
+# Only a test that hangs takes this long, including set-up and clean-up.
 TEST_HANGS, END_HANGS = 3.0 * HANGS, HANGS
 _STDERR = pytest.StashKey[int]()
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    # This file descriptor belongs to the process. During a test, output to file descriptor 2 is
-    # captured.
+    # This copy of file descriptor 2 still shows output while pytest captures the original.
     config.stash[_STDERR] = os.dup(2)
 
 
 def _end_after(seconds: float, config: pytest.Config) -> None:
-    """Let this process, if it still runs then, show where each of its threads is, and end."""
+    """End this process after some seconds, with a traceback of each of its threads."""
     faulthandler.dump_traceback_later(seconds, exit=True, file=config.stash[_STDERR])
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
-    """Let no worker of pytest-xdist wait for ever, in a test or for the next, unseen."""
+    """End a worker of pytest-xdist that hangs in a test or waits for the next one for too long."""
     _end_after(TEST_HANGS, item.config)
     try:
         return (yield)
@@ -50,7 +49,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Let no thread, child or exit handler keep a process from ending, the controller included."""
+    """End workers and the controller even if a thread, child or exit handler hangs."""
     _end_after(END_HANGS, session.config)
 
 
@@ -63,7 +62,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Of many cases that take about a second each, `make test` runs the first."""
+    """Mark as slow all but the first case of tests whose cases take about a second each."""
     seen = set()
     for item in items:
         if item.get_closest_marker("slow_cases"):
@@ -80,7 +79,7 @@ def update_golden(request: pytest.FixtureRequest) -> bool:
 
 @pytest.fixture
 def chaincor(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
-    """Return a function that runs a command: exit status, standard output and standard error."""
+    """Return a function that runs a command and returns exit status, stdout and stderr."""
     from chaincor.workflows.cli import main
 
     def run(*arguments: object) -> tuple[int, str, str]:
@@ -95,7 +94,7 @@ def chaincor(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """Return the folder of a file system of 300 kB; only the administrator can make one."""
+    """Return the folder of a file system of 300 kB, which only the administrator can make."""
     folder = tmp_path / "small"
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", str(folder)]

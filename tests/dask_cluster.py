@@ -16,11 +16,12 @@ ROOT = Path(__file__).resolve().parents[1]
 
 @dataclass
 class DaskProcesses:
-    """A cluster on this machine."""
+    """A Dask cluster on this machine."""
 
-    address: str  #: Of the scheduler.
-    scheduler: subprocess.Popen  #: Its process.
-    workers: list[subprocess.Popen]  #: The nannies, each with the process of its worker below it.
+    address: str  #: Address of the scheduler.
+    scheduler: subprocess.Popen  #: Process of the scheduler.
+    #: Processes of the nannies; each has its worker as a child process.
+    workers: list[subprocess.Popen]
 
 
 @contextlib.contextmanager
@@ -31,12 +32,12 @@ def dask_cluster(workers: int = 2) -> Iterator[DaskProcesses]:
     Parameters
     ----------
     workers : int
-        How many, with one thread each.
+        Number of workers, with one thread each.
 
     Yields
     ------
     DaskProcesses
-        Ended when the block is left, whatever has happened to it.
+        The cluster, which ends with the block.
     """
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -73,19 +74,19 @@ def _wait_for_workers(address: str, count: int) -> None:
 
 def children(parent: int, command: str) -> list[int]:
     """
-    Return the processes below another, as far as their command line holds a text.
+    Return the child processes whose command line contains a text.
 
     Parameters
     ----------
     parent : int
-        Process id.
+        Id of the parent process.
     command : str
-        The text.
+        Text in the command line.
 
     Returns
     -------
     list of int
-        Process ids.
+        Ids of the child processes.
     """
     found = []
     for entry in Path("/proc").glob("[0-9]*/stat"):
@@ -99,12 +100,12 @@ def children(parent: int, command: str) -> list[int]:
 
 def start_quietly(command: list[str]) -> subprocess.Popen:
     """
-    Start a process that uses these sources and says nothing.
+    Start a process that uses these sources and prints nothing.
 
     Parameters
     ----------
     command : list of str
-        What to run.
+        Program and arguments.
 
     Returns
     -------

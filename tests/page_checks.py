@@ -6,7 +6,7 @@ import re
 
 
 def read_page(path):
-    """Return the text of a page that asks for nothing from elsewhere and has no dead links."""
+    """Return a page's text; check that it loads no other files and has no dead links."""
     page = path.read_text(encoding="utf-8")
     assert all(s.startswith("data:image/") for s in re.findall(r'src="([^"]{0,30})', page))
     for word in ("<script", "<link", "@import", "url("):
@@ -23,7 +23,7 @@ def read_page(path):
 
 
 def check_file_list(page, folder, beside=()):
-    """Check that a page lists each file of its folder, but for those `beside` it, by its hash."""
+    """Check that a page lists each file of its folder with its hash, except those in `beside`."""
     for path in folder.iterdir():
         listed = f'<a href="{path.name}">{path.name}</a>' in page
         assert listed == (path.name not in beside), path.name
@@ -32,5 +32,5 @@ def check_file_list(page, folder, beside=()):
 
 
 def words_of(page):
-    """Return what a page says, without its marks."""
+    """Return the text of a page without tags."""
     return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", page)).split())

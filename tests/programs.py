@@ -9,7 +9,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def python(code: str, **environment: str) -> str:
-    """Return what a program prints, run in this source tree with more environment variables."""
+    """Run a program in this source tree with more environment variables; return its output."""
     done = subprocess.run(
         [sys.executable, "-c", code],
         cwd=ROOT, env=os.environ | environment, capture_output=True, text=True, check=False,

@@ -20,7 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("analysis", "benchmarks", "chaincor", "docs", "lammps_inputs", "workflows")
 PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "paper.md")
-# Texts of others, or of an earlier release, which stay as they were.
+# Texts of other authors or of an earlier release are not changed.
 LEFT_OUT = ("docs/history",)
 MOST_WORDS = 60
 
@@ -29,7 +29,7 @@ _BEGINS_BADLY = re.compile(
     r"(?:What|Where|Of|Those|That of|None of|None)\b(?!.*\?$)(?! (?:course|type|kind)\b)", re.DOTALL
 )
 _PRIVATE = re.compile(r"\btold\b", re.IGNORECASE)
-# Git marks both sides of a conflict by such lines.
+# Git marks the two sides of a conflict by such lines.
 _CONFLICT = re.compile(r"[<>]{7} ")
 _SENTENCE = re.compile(r"(?<=[.!?])\s+(?=[A-Z`\"'(*\[])")
 
@@ -40,7 +40,7 @@ def sentences(text: str) -> list[str]:
 
 
 def findings(text: str, most_words: int | None = None) -> Iterator[str]:
-    """Yield what is wrong with a text, sentence by sentence."""
+    """Yield the faults of a text, sentence by sentence."""
     for sentence in sentences(text):
         begin = sentence.lstrip("*_`\"'([")
         # Headings, titles and cells of tables have no full stop, and may be noun phrases.
@@ -133,7 +133,7 @@ def files() -> list[Path]:
 
 
 def main(arguments: list[str]) -> int:
-    """Check the files that are named, or all."""
+    """Check the named files, or all files."""
     found = [line for path in map(Path, arguments) for line in check(path)]
     if not arguments:
         found = [line for path in files() for line in check(path)]

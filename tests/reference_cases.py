@@ -14,11 +14,11 @@ _KEYS |= {name: name for name in ("potential", "particles", "velocity")}
 
 
 def case_scene(case: dict[str, Any]) -> Scene:
-    """Return the scene of a case, whose keys are named by meaning."""
+    """Return the scene of a case."""
     return Scene(**{_KEYS[key]: value for key, value in case.items() if key in _KEYS})
 
 
 def case_name(case: dict[str, Any]) -> str:
-    """Return a name that tells cases apart."""
+    """Return a name that is different for each case."""
     speed = case.get("speed_over_vstar", case.get("velocity"))
     return f"{case['potential']}{case.get('r', '')}-{case['particles']}-{speed}"

@@ -1,6 +1,6 @@
 """Test that the described structure exists, and that slow libraries are imported only when needed.
 
-Which way imports point is held by `make check`: the contracts are in pyproject.toml.
+`make check` checks the direction of imports by the contracts in pyproject.toml.
 """
 
 import re

@@ -1,4 +1,4 @@
-"""Test that every public name exists, and that nothing else is needed to run it."""
+"""Test that every public name exists, and that other files of our folders' names do no harm."""
 
 import subprocess
 import sys
@@ -28,7 +28,7 @@ def test_python_m_chaincor_is_the_command_line():
     assert done.stdout.startswith("Usage: chaincor ")
 
 
-# A user's script beside files of the names that our folders have.
+# The user's script is in a folder with files that have the names of our folders.
 _SCRIPT = """
 import analysis, lammps_inputs, workflows
 from chaincor import Scene, collide

@@ -15,7 +15,7 @@ def git(folder: Path, *arguments: str) -> None:
 
 
 def check(folder: Path) -> subprocess.CompletedProcess[str]:
-    # Another repository that an environment variable names is none of the test's business.
+    # Environment variables must not direct git to another repository.
     clean = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     return subprocess.run(
         [ROOT / ".ci" / "subjects"], cwd=folder, env=clean, capture_output=True, text=True

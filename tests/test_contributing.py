@@ -12,7 +12,7 @@ from tests.programs import ROOT
 
 _TREE = ("chaincor", "analysis", "lammps_inputs", "workflows")
 
-# Each kind of addition is used as its reader would: a bond, a law and a scheme by both engines.
+# Each kind of addition is used as a reader would use it: bonds, laws and schemes in both engines.
 _USED = """
 import sys
 from chaincor import Scene, collide, sweep
@@ -50,7 +50,7 @@ cli.main(sys.argv[1:])
 
 
 def run(arguments: list[str], tree: Path) -> str:
-    """Run the patched program in an empty folder of its own; return what it prints."""
+    """Run the patched program in an empty folder; return its output."""
     folder = tree / "run"
     folder.mkdir(exist_ok=True)
     done = subprocess.run(
@@ -80,7 +80,7 @@ def test_each_walk_through_is_a_patch_that_works(tmp_path):
         )
         assert done.returncode == 0, f"{done.stderr}\n{patch}"
     scale = run(["-c", _USED, "scale", "--potential", "cosh"], tmp_path)
-    # cosh(5 s) - 1 = 25 s^2 at s = -0.59656, so that v* = sqrt(2) 0.59656.
+    # The root of cosh(5 s) - 1 = 25 s^2 is s = -0.59656, so that v* = sqrt(2) 0.59656.
     assert scale == "v* = 0.8436822316256\n"
     shown = run(
         ["-m", "chaincor", "show", "s.db", "--columns", "restitution,longest_silence"], tmp_path

@@ -17,7 +17,7 @@ _PACKAGES = ("analysis", "lammps_inputs", "workflows")
 
 
 def build(checkout: Path, kind: str) -> subprocess.CompletedProcess[str]:
-    """Build a wheel or an editable one in ``checkout/dist``, as pip has it built."""
+    """Build a wheel or an editable wheel in ``checkout/dist``, as pip does."""
     code = f"import hatchling.build as b; b.{kind}('dist')"
     (checkout / "dist").mkdir(exist_ok=True)
     return subprocess.run(
@@ -26,7 +26,7 @@ def build(checkout: Path, kind: str) -> subprocess.CompletedProcess[str]:
 
 
 def names_in_wheel(checkout: Path) -> set[str]:
-    """Return the top-level entries of the package in the one wheel that was built."""
+    """Return the top-level entries of the package in the wheel."""
     (wheel,) = (checkout / "dist").glob("*.whl")
     names = [name.split("/") for name in zipfile.ZipFile(wheel).namelist()]
     return {parts[1] for parts in names if parts[0] == "chaincor"}
@@ -34,7 +34,7 @@ def names_in_wheel(checkout: Path) -> set[str]:
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """Return a checkout with one module in each folder, and all that the build names."""
+    """Return a checkout with one module in each folder and all files that the build names."""
     for name in ("README.md", "LICENSE", "pyproject.toml", "hatch_build.py"):
         shutil.copy(ROOT / name, tmp_path)
     (tmp_path / "chaincor").mkdir()
@@ -50,14 +50,14 @@ def checkout(tmp_path: Path) -> Path:
 
 
 def without_links(checkout: Path) -> None:
-    """Replace each link by the file of one line that git, or a zip, has where there are none."""
+    """Replace each link by the file of one line that git or a zip archive has instead."""
     for name in _PACKAGES:
         (checkout / "chaincor" / name).unlink()
         (checkout / "chaincor" / name).write_text(f"../{name}")
 
 
 def test_an_editable_install_copies_nothing(checkout):
-    # A copy in site-packages goes stale, and mypy and editors read it first.
+    # A copy in site-packages would become outdated, and mypy and editors would read the copy first.
     done = build(checkout, "build_editable")
     assert done.returncode == 0, done.stderr
     assert names_in_wheel(checkout) == set()
@@ -95,7 +95,7 @@ def test_the_conda_recipe_asks_for_what_the_package_asks_for():
     run = recipe.partition("  run:\n")[2].partition("\ntests:")[0]
     asked = dict(re.findall(r"^    - (\S+) >=(.*)$", run, re.M))
     assert asked.pop("python") == "${{ python_min }}"
-    # conda has dates with zeros, other names, and MPI with its LAMMPS.
+    # conda writes dates with zeros, has other package names, and includes MPI in its LAMMPS.
     asked["lammps"] = asked["lammps"].replace(".0", ".") + ".0.0"
     asked["matplotlib"] = asked.pop("matplotlib-base")
     wanted = dict(each.partition(";")[0].split(">=") for each in project["dependencies"])

@@ -1,7 +1,7 @@
 """
-Wait for an event: a test goes on as soon as it occurs, and fails by the clock only if it hangs.
+Wait for an event; fail only if it takes so long that the program must hang.
 
-No machine is so busy that it needs these seconds; how fast it is decides nothing.
+Even a busy machine needs far less than these times, so that its speed decides no test.
 """
 
 import contextlib
@@ -10,16 +10,16 @@ import time
 from collections.abc import Callable, Iterator
 
 HANGS = 600.0
-# The time is that of this process alone, whatever else the machine does.
+# This is processor time of this process alone.
 PROCESSOR_HANGS = 300.0
 
 
 class HangError(BaseException):
-    """Something takes so long that it may never end; no handler of a program's catches it."""
+    """Something takes so long that it may never end; a program's own handlers do not catch this."""
 
 
 def wait_until(happens: Callable[[], object], meanwhile: Callable[[], object] = bool) -> None:
-    """Wait for something; `meanwhile` is called again and again, and may raise."""
+    """Wait until `happens` returns true; call `meanwhile`, which may raise, after each attempt."""
     deadline = time.monotonic() + HANGS
     while not happens():
         meanwhile()
@@ -30,7 +30,7 @@ def wait_until(happens: Callable[[], object], meanwhile: Callable[[], object] = 
 
 @contextlib.contextmanager
 def must_end(seconds: float = PROCESSOR_HANGS) -> Iterator[None]:
-    """Raise HangError in what takes more processor time; in the main thread only."""
+    """Raise HangError if the block takes more processor time; only for the main thread."""
 
     def ring(_number: int, _frame: object) -> None:
         raise HangError

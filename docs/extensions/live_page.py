@@ -1,4 +1,4 @@
-"""A directive that shows the live page inside a page, written when the site is built."""
+"""Provide a directive that shows the live page inside a page."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ class LivePage(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """
-        Put a frame around it.
+        Show the live page in a frame.
 
         Returns
         -------
@@ -32,7 +32,7 @@ class LivePage(SphinxDirective):
 
 
 def write_page(app: Sphinx) -> None:
-    """Write the page beside those of the site."""
+    """Write the live page into the folder of the site."""
     if app.builder.format == "html":
         from chaincor.workflows.pictures.live_page import live_page
 

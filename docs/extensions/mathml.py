@@ -1,4 +1,4 @@
-"""Render formulas as MathML while building: no script, no network, readable by screen readers."""
+"""Render formulas as MathML, which needs no script and no network and suits screen readers."""
 
 import re
 from typing import Any
@@ -7,9 +7,9 @@ from docutils import nodes
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 
-# Bars of absolute values grow with what they stand around, and are no relation between the two.
+# Bars of absolute values grow with their content and have no space around them, unlike relations.
 _BARS = {"\\lvert": "\\left\\vert", "\\rvert": "\\right\\vert"}
-# A prime stands high by itself; raised as an exponent it would stand on the line above.
+# The glyph of a prime is already raised; as an exponent, it would be too high.
 _PRIMES = re.compile(r"<msup>(<mi>[^<]+</mi>)<mi>(&#x0203[234];)</mi></msup>")
 
 

@@ -1,4 +1,4 @@
-"""A directive that tabulates observables, taken from their list."""
+"""Provide a directive that makes a table of observables from their list."""
 
 from docutils import nodes
 from sphinx.application import Sphinx
@@ -6,13 +6,13 @@ from sphinx.util.docutils import SphinxDirective
 
 
 class Observables(SphinxDirective):
-    """``{observables} run`` or ``{observables} analyze`` makes a table of the keys of its JSON."""
+    """``{observables} run`` or ``{observables} analyze`` makes a table of JSON keys."""
 
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
         """
-        Describe each observable.
+        Make a row for each observable.
 
         Returns
         -------

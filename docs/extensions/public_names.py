@@ -1,4 +1,4 @@
-"""A directive that documents every public name of chaincor, from its ``__all__``."""
+"""Provide a directive that documents every name in ``chaincor.__all__``."""
 
 import importlib
 import inspect
@@ -14,7 +14,7 @@ class PublicNames(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """
-        Document each name.
+        Make a section for each name.
 
         Returns
         -------

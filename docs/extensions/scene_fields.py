@@ -1,4 +1,4 @@
-"""A directive that lists the keys of a scene, taken from the scene itself."""
+"""Provide a directive that lists the keys of a scene from its fields."""
 
 from docutils import nodes
 from sphinx.application import Sphinx
@@ -10,7 +10,7 @@ class SceneFields(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """
-        Describe each field.
+        Describe each key.
 
         Returns
         -------

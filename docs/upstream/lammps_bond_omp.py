@@ -28,7 +28,7 @@ comm_modify cutoff 3.0
 special_bonds lj 1 1 1
 """)
     for i in range(8):
-        # Each bond a little longer than the one before: no two forces are the same.
+        # Each bond is slightly longer than the previous bond, so that all forces differ.
         lmp.command(f"create_atoms 1 single {i + 0.01 * i * i} 0 0")
     for i in range(1, 8):
         lmp.command(f"create_bonds single/bond 1 {i} {i + 1}")

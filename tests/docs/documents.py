@@ -19,25 +19,26 @@ from tests.docs.printed_output import agrees
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 
-# A program that is not on a terminal prints this each minute. On a busy machine any program may
-# take so long.
+# A program whose output is no terminal prints this each minute. On a busy machine, any program may
+# take more than a minute.
 _STILL_RUNNING = re.compile(r"^chaincor: .* after [\d.e+]+ (?:s|min|h)\n", re.MULTILINE)
 _NAME = re.compile(r"# ([\w.-]+\.(?:py|toml))\n")
 
 
 def run_document(path: Path, folder: Path) -> int:
     """
-    Run every block of a document and return how many there were.
+    Run every block of a document and return the number of blocks.
 
     Parameters
     ----------
     path : pathlib.Path
-        The document. A Python or TOML block that begins with ``# name.ext`` is also written to
-        that file. In a console block, lines that begin with ``$`` are commands, typed into one
-        shell from the first to the last; each must succeed. Their output follows; it is compared
-        by :func:`tests.docs.printed_output.agrees`, numbers within their error bars.
+        The document. A Python or TOML block that begins with ``# name.ext`` is also written to that
+        file. In a console block, lines that begin with ``$`` are commands. All commands of the
+        document run in one shell, and each must succeed. The output on the page follows the
+        command. It is compared by :func:`tests.docs.printed_output.agrees`, which compares numbers
+        within their error bars.
     folder : pathlib.Path
-        A folder, in which everything happens.
+        Folder in which the blocks run.
 
     Returns
     -------
@@ -47,7 +48,7 @@ def run_document(path: Path, folder: Path) -> int:
     Raises
     ------
     AssertionError
-        If a command fails or prints something else; errors of Python blocks pass through.
+        If a command fails or prints other output. Errors of Python blocks are not caught.
     """
     before, path_before = Path.cwd(), list(sys.path)
     os.chdir(folder)
@@ -80,10 +81,11 @@ def _write_named_file(example: Example, folder: Path) -> None:
 
 
 class _Shell:
-    """One shell, in which commands are typed as a user would, with this source tree installed."""
+    """A shell for all commands of a document, with this source tree installed."""
 
     def __init__(self, folder: Path) -> None:
-        self._typed = tempfile.NamedTemporaryFile("w", suffix=".sh")  # noqa: SIM115 - until exit
+        # The file is closed at exit.
+        self._typed = tempfile.NamedTemporaryFile("w", suffix=".sh")  # noqa: SIM115
         self._commands = tempfile.TemporaryDirectory()
         self._bash = subprocess.Popen(
             ["bash"],
@@ -120,7 +122,7 @@ class _Shell:
         return None
 
     def _type(self, command: str) -> tuple[int, str]:
-        """Carry a command out, as long as half an hour; return its exit status and output."""
+        """Run a command for at most half an hour; return its exit status and output."""
         self._typed.seek(0)
         self._typed.truncate()
         self._typed.write(command + "\n")
@@ -146,7 +148,7 @@ class _Shell:
 
 
 def _environment(commands: Path) -> dict[str, str]:
-    """Return that of a user who has installed this source tree."""
+    """Return the environment variables of a user who has installed this source tree."""
     chaincor = commands / "chaincor"
     program = "from chaincor.workflows.cli import main; main()"
     chaincor.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c "{program}" "$@"\n')

@@ -1,4 +1,4 @@
-"""Compare printed output with a page: numbers within error bars, times by pattern."""
+"""Compare printed output with a page: numbers within error bars, times only in form."""
 
 import math
 import re
@@ -7,17 +7,17 @@ _NUMBER = r"(?<![\w.])[-+]?(?:\d+\.\d+|\d+)(?:[eE][-+]?\d+)?(?![\w])"
 _TOKEN = re.compile(
     rf"(?P<bar>\+-\s*|_error = )?(?P<number>{_NUMBER})(?P<unit>\s(?:s|ms|min|h|MB)\b)?"
 )
-# Numbers below this size are rounding errors of one processor, such as an energy drift.
+# Smaller numbers, such as an energy drift, are rounding errors, which differ between processors.
 _ROUNDING = 1e-11
 # Roundings of another processor may change more digits of a number than these.
 _STABLE_DIGITS = 10
-# An error bar may differ by this factor if roundings of another processor enter it.
+# An error bar may differ by this factor between processors, which round differently.
 _BAR_FACTOR = 10.0
 
 
 def agrees(wanted: str, printed: str) -> bool:
     """
-    Return whether printed output is the output that a page shows.
+    Return whether printed output agrees with the output on a page.
 
     ``...`` on the page stands for any text. White space is folded. A number followed by ``+- bar``
     or by ``NAME_error = bar`` must agree within the sum of both bars. Digits before ``...`` must be
@@ -28,7 +28,7 @@ def agrees(wanted: str, printed: str) -> bool:
     Parameters
     ----------
     wanted : str
-        Output as the page shows it.
+        Output on the page.
     printed : str
         Output of the command.
     """
@@ -38,11 +38,11 @@ def agrees(wanted: str, printed: str) -> bool:
 
 
 def _pattern(wanted: str) -> tuple[str, list[tuple[str, bool, bool]]]:
-    """Return a regular expression, and each number with whether it is a bar and has a unit."""
+    """Return a regular expression and, for each number, whether it is a bar and has a unit."""
     parts, shown, at = [], [], 0
     for token in _TOKEN.finditer(wanted):
         if wanted.startswith("...", token.end("number")):
-            continue  # the first digits of a number, which stay text
+            continue  # the first digits of a shortened number, which are compared as text
         bar, unit = token["bar"] is not None, token["unit"]
         parts.append(_literal(wanted[at : token.start()] + (token["bar"] or "")))
         parts.append(f"({_NUMBER})" + (r"\s(?:s|ms|min|h|MB)\b" if unit else ""))
@@ -53,7 +53,7 @@ def _pattern(wanted: str) -> tuple[str, list[tuple[str, bool, bool]]]:
 
 
 def _literal(text: str) -> str:
-    """Return a pattern for text without numbers, in which ``...`` stands for anything."""
+    """Return a pattern for text without numbers, in which ``...`` stands for any text."""
     return ".*?".join(re.escape(part) for part in text.split("..."))
 
 
@@ -82,7 +82,7 @@ def _numbers_agree(shown: list[tuple[str, bool, bool]], found: list[str]) -> boo
 
 
 def _last_digit(number: str) -> float:
-    """Return one unit of the last digit that is shown."""
+    """Return one unit of the last digit of a number."""
     mantissa, _, exponent = number.lower().partition("e")
     decimals = len(mantissa.partition(".")[2])
     return float(10.0 ** (int(exponent or 0) - decimals))

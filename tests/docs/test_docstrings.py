@@ -6,7 +6,7 @@ import pytest
 
 import chaincor
 
-# These examples take minutes. Their page, docs/reproduction.md, and other tests run them.
+# These examples take minutes. The page docs/reproduction.md and other tests run them.
 TOO_LONG = {"reproduce"}
 # These examples start processes or programs.
 SLOW = {"Store", "sweep", "timestep_study", "to_pandas", "tradeoff"}

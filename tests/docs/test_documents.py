@@ -8,8 +8,8 @@ from chaincor.workflows.command_list import COMMANDS
 from tests.docs.documents import DOCUMENTS, ROOT, run_document
 
 LESSONS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
-# Pages without a block of code have nothing to run. Each lesson runs as a notebook in its own
-# folder and prints what its page shows.
+# These pages have code blocks. Lessons are not among them: other tests run each lesson as a
+# notebook and compare its output.
 _WITH_CODE = [
     path
     for path in DOCUMENTS
@@ -25,14 +25,14 @@ def test_every_block_runs(path, tmp_path):
 
 
 def test_the_front_page_quotes_the_bottom_line_of_timestep():
-    # The script behind this line is on the page of scripts, which runs with the tests.
+    # The page on scripts runs the script that prints this line.
     (line,) = re.findall(r"^> (Your .*) \.\.\.$", (ROOT / "README.md").read_text(), re.MULTILINE)
     assert f"\n{line}" in (ROOT / "docs" / "scripts.md").read_text()
 
 
 @pytest.mark.slow
 def test_all_lessons_in_order_in_one_folder(tmp_path):
-    # The lessons run in one folder, like those of a reader, so that no lesson may disturb the next.
+    # The lessons run in one folder, as a reader runs them. No lesson may disturb the next.
     assert len(LESSONS) == 8
     for path in LESSONS:
         assert run_document(path, tmp_path) > 0

@@ -40,7 +40,8 @@ def test_each_error_has_a_section_with_cause_and_remedy():
 def test_bonds_that_particles_can_cross_are_named_with_the_error_that_says_so():
     page = (ROOT / "docs" / "errors.md").read_text()
     section = page.split("### CrossingError\n")[1].split("\n### ")[0]
-    # Their energy is finite at length zero. Of these bonds, only springs are followed further.
+    # Particles can cross bonds whose energy is finite at length zero. Only harmonic chains are
+    # followed beyond a crossing.
     for name in CHAIN_POTENTIALS:
         keys = {"power": {"power_order": 4, "power_c": 1.0}, "harmonic": {"velocity": 0.1}}
         bond = Scene(potential=name, **keys.get(name, {})).bond

@@ -80,7 +80,7 @@ EVERYWHERE = {"schema", "versions", "processor"}
 
 
 def sections():
-    """Return the keys of each section: the first column, and those that are not always there."""
+    """Return all keys of each section, and the keys that are not always present."""
     text = PAGE.read_text()
     found = {}
     for title, body in re.findall(r"^##+ `?([^`\n]+)`?\n(.*?)(?=^##|\Z)", text, re.M | re.S):
@@ -96,7 +96,7 @@ def sections():
 
 @pytest.fixture(scope="module")
 def printed(tmp_path_factory):
-    """What commands print, each run once, in a folder with what they need."""
+    """Return a function that runs a command once in a prepared folder and returns its JSON."""
     folder = tmp_path_factory.mktemp("json")
     (folder / "s.toml").write_text(SWEEP)
     (folder / "stepper.py").write_text("def eta(scene):\n    return [scene.timestep] * 3\n")
@@ -154,6 +154,6 @@ def test_keys_of_studies(title, arguments, path, printed, capsys, monkeypatch, t
 
 def test_every_section_is_tried():
     tried = {title for title, _, _ in (*OBJECTS, *SLOW)}
-    # Other tests try these with grids and reports.
+    # Other tests try these sections.
     elsewhere = {"collect", "reproduce", "Every object"}
     assert set(sections()) - elsewhere == tried

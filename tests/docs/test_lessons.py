@@ -86,7 +86,7 @@ def test_lesson_5_says_the_shares_that_its_figure_shows():
     least = re.search(r"They keep the least near 0\.8 v\*: (\d+) to (\d+) %", text)
     shares = sorted(round(100.0 * eta.min()) for eta in etas)
     assert [int(least[1]), int(least[2])] == [shares[0], shares[-1]]
-    # The picture begins there, and so does its alternative text.
+    # The picture and its alternative text begin with these values.
     first = re.search(r"all fall from (0\.\d\d) or (0\.\d\d) to", text)
     assert {float(first[1]), float(first[2])} == {round(eta[0], 2) for eta in etas}
 
@@ -96,7 +96,7 @@ def test_lesson_1_says_from_which_step_on_its_chain_explodes_and_what_e_is():
     # Verlet steps are stable up to 2/omega, and the highest mode of ten has omega = 2 sin(9 pi/20).
     said = float(re.search(r"with a step above ([\d.]+) the energy of this chain grows", text)[1])
     assert said == round(1.0 / np.sin(9.0 * np.pi / 20.0), 4)
-    # Most texts call e the quantity that this course calls eta.
+    # Many texts give the ratio of speeds, e, and this course its square, eta.
     speeds = re.search(r"Many texts call the ratio of speeds, e = √η = (0\.\d+), by the same", text)
     share = re.search(r"leaves with (\d+\.\d) % of its translational energy", text)
     assert float(speeds[1]) ** 2 == pytest.approx(0.01 * float(share[1]), abs=1e-3)
@@ -117,7 +117,7 @@ def test_lesson_3_counts_contacts_of_a_hundred_particles_as_run_does():
         for bond in ({}, {"potential": "harmonic"})
     ]
     assert contacts == [84, 87]
-    # The first pages show the 84 contacts of `chaincor run`.
+    # The first page shows the 84 contacts that `chaincor run` prints.
     assert "contacts               84, the last" in (ROOT / "README.md").read_text()
 
 
@@ -127,7 +127,7 @@ def test_data_made_beforehand_are_what_a_computer_gives():
     for k in (0, 9, 17):
         for name, etas in (("lj", lj), ("toda", toda), ("log", log)):
             scene = Scene(potential=name, speed=speeds[k], engine="reference")
-            # Both to 1e-6.
+            # Each result has an error of up to 1e-6.
             assert abs(collide(scene, tolerance=1e-6).restitution - etas[k]) < 2e-6
     sizes, lost, contacts = np.loadtxt(prepared("lengths.csv"), delimiter=",", unpack=True)
     springs = Scene(potential="harmonic", particles=int(sizes[3]), engine="reference")
@@ -140,6 +140,6 @@ def test_data_made_beforehand_are_what_a_computer_gives():
 def test_data_of_the_two_walls_are_made_by_the_script():
     made = runpy.run_path(str(COURSE / "make_data.py"))["timestep_and_wall"]()
     columns = np.loadtxt(prepared("timestep_and_wall.csv"), delimiter=",", unpack=True)
-    # A contact that moves by a rounding within its step changes only the last digits.
+    # Rounding may shift a contact within its step, which changes only the last digits.
     for given, name in zip(columns, ("timestep", "reflect", "event"), strict=True):
         np.testing.assert_allclose(made[name], given, rtol=1e-3)

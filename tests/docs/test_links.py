@@ -15,7 +15,7 @@ def test_links_of_a_page_exist_and_pictures_have_texts(path):
     text = re.sub(r"^```.*?^```", "", path.read_text(), flags=re.MULTILINE | re.DOTALL)
     for picture, words, target in _LINK.findall(text):
         if picture:
-            # A screen reader has only these words.
+            # A screen reader reads only these words.
             assert len(words) > 20, f"{target} needs a text that says what it shows"
         if not target.startswith(("http", "#")):
             assert (path.parent / target.split("#")[0]).exists(), target

@@ -1,4 +1,4 @@
-"""Test the look of the pages: mathematics, the schematic, and the search."""
+"""Test the formulas, the schematic and the search of the pages."""
 
 import html
 import json
@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
-# Tests write the slips as plain text, because the report of `reproduce` shows them, too. Lessons
-# are also read in terminals and notebooks.
+# The page of slips has plain text, because the report of `reproduce` shows it, too. Lessons are
+# also read in terminals and notebooks.
 PAGES = [
     path
     for path in sorted(DOCS.rglob("*.md"))
@@ -21,14 +21,14 @@ PAGES = [
 
 
 def prose(text):
-    """Leave out blocks of code, code in the text, and formulas."""
+    """Return the text without code and formulas."""
     text = re.sub(r"^(```+).*?^\1", "", text, flags=re.MULTILINE | re.DOTALL)
     return re.sub(r"`[^`]*`|\$\$.*?\$\$|\$[^$]+\$|!\[[^\]]*\]", "", text, flags=re.DOTALL)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
 def test_formulas_are_set_as_such(page):
-    # A letter or a number with its unit may stand in the text. Powers, indices, roots and sums need
+    # The text may contain a letter, or a number with its unit. Powers, indices, roots and sums need
     # $...$, which becomes MathML.
     typed = re.findall(
         r".{0,20}(?:[⁰¹²³⁴-⁹⁻ⁿᵏ₀-₉ⱼᵢ√Σ∫∞½]|\w\^[({\w]).{0,10}", prose(page.read_text())

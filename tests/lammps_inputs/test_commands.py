@@ -7,7 +7,7 @@ import pytest
 from chaincor.lammps_inputs.commands import commands_of, words_of
 from tests.lmp import run_lmp
 
-# What LAMMPS prints of each, a line for each command that it carries out.
+# For each text, the lines that LAMMPS prints, one for each command that it executes.
 TEXTS = {
     'print "one # two" # three': ["one # two"],
     'print \'a "# b" c\' # " d': ['a "# b" c'],
@@ -27,7 +27,7 @@ def test_comments_quotes_and_continued_lines_are_lammps_own(text, tmp_path):
     done = run_lmp(tmp_path)
     commands = commands_of(text)
     if TEXTS[text] is None:
-        # Without a comment there are too many words.
+        # Here, # begins no comment, so that the command has too many words.
         assert done.returncode != 0
         assert commands[0].endswith("# all of it")
         return
@@ -38,7 +38,7 @@ def test_comments_quotes_and_continued_lines_are_lammps_own(text, tmp_path):
     assert all(word in command for word, command in zip(said, commands, strict=True))
 
 
-# What an `if` prints of each.
+# For each text, the lines that an `if` command prints.
 CARRIED_OUT = {
     '"print a" \'print "b"\' """print "c \'d\'" """': ["a", "b", "c 'd'"],
     '"print a\\" "print b" "print c\\"': ["a\\", "b", "c\\"],
@@ -70,6 +70,6 @@ def test_quotes_that_never_end_take_no_longer_than_the_text(line):
     text = 'print """\n' + f"{line}\n" * 20_000
     begin = time.process_time()
     (command,) = commands_of(text)
-    # This takes 0.1 s, and 17 s if each line is counted again.
+    # This takes 0.1 s. It would take 17 s if the text were searched again for each line.
     assert time.process_time() - begin < 5.0
     assert command.endswith(line)

@@ -41,7 +41,7 @@ def test_the_first_command_of_each_kind_has_its_comment_right_above(path):
     for above, line in pairwise(lines):
         inside = quoted
         quoted ^= line.count('"""') == 1
-        if inside:  # of a text that a command prints
+        if inside:  # a line of a text that a command prints
             continue
         if line and not line.strip().startswith("#") and not above.endswith("&"):
             explanation = explanation_of(line.strip())
@@ -58,7 +58,7 @@ def test_a_command_without_an_explanation_is_an_error():
 
 
 def test_no_comment_can_be_mistaken_for_a_command():
-    # A trailing & would continue the comment; LAMMPS reads $ and quotes in comments as text.
+    # A trailing & would continue the comment. LAMMPS ignores $ and quotes in comments.
     text = explain_script(JOBS[0].read_text())
     assert not re.search(r"^#.*&$", text, flags=re.MULTILINE)
     assert '"""' not in text

@@ -134,7 +134,7 @@ def test_one_scene_has_one_hash_however_it_is_written():
     assert Scene(masses=[1, 1], **FOUR).line.is_standard
     twice = sha256(masses=[1, 2])
     assert twice == sha256(masses=[1, 2, 1, 2]) == sha256(masses="1,2") != plain
-    # Masses of 2 make a different scene, because the bonds vibrate more slowly.
+    # Masses of 2 give a different scene, because the bonds vibrate more slowly.
     assert sha256(masses=[2]) != plain
     assert sha256(masses=[2, 1]) != twice
     target = sha256(target_particles=3)
@@ -143,7 +143,7 @@ def test_one_scene_has_one_hash_however_it_is_written():
     soft = sha256(contact="power")
     assert soft == sha256(contact="power", contact_stiffness=1.0, contact_exponent=1.5) != plain
     assert soft != sha256(contact="power", contact_exponent=2.0)
-    # The paper's scenes keep the keys that stores have for them.
+    # The hash of the paper's scenes must not change, because stores use it as a key.
     assert Scene().sha256 == "95cc2342a4d3177b74bf6e36ee8dfab66bd865b5b6852dba67ea647de2912375"
 
 
@@ -153,7 +153,7 @@ def test_a_state_is_known_by_what_it_says(folder):
     assert Scene(initial="again.csv", **FOUR).sha256 == first.sha256
     (folder / "other.csv").write_text(STATE.replace("0.01", "0.02"))
     assert Scene(initial="other.csv", **FOUR).sha256 != first.sha256
-    # The values that were read count, not what is written over the file later.
+    # The scene keeps the values that it has read, whatever happens to the file later.
     kept = Scene(initial="other.csv", **FOUR)
     (folder / "other.csv").unlink()
     assert kept.sha256 != first.sha256
@@ -191,7 +191,7 @@ def test_files_are_looked_for_beside_the_scene_file(folder):
     assert Scene.from_file(deep / "scene.toml").initial_state.strains[0] == 0.01
     (deep / "two.toml").write_text('particles = 4\nmasses = "mine.txt"\n')
     assert Scene.from_file("deep/two.toml").masses == (1.0, 3.0)
-    # Numbers are no name of a file.
+    # A list of numbers is not taken for a file name.
     (deep / "three.toml").write_text('particles = 4\nmasses = "1,2"\n')
     assert Scene.from_file("deep/three.toml").masses == (1.0, 2.0)
 
@@ -209,14 +209,14 @@ def test_a_scene_becomes_one_line():
     assert given_bodies(scene).keys() == {
         "masses", "target_particles", "target_masses", "compression",
     }  # fmt: skip
-    # omega^2 of the fastest bond, and of waves in the slower body.
+    # These are omega^2 of the fastest bond and of waves in the slower body.
     assert scene.problem.fast_stiffness == Harmonic().stiffness / 1.0
     assert scene.problem.slow_stiffness == pytest.approx(1.0 / 5.5, rel=1e-15)
 
 
 def test_a_state_brings_velocities_and_masses(folder):
     moving = Scene(initial="state.csv", masses=[1, 1, 1, 3], **FOUR)
-    # (0.1 + 0.2 + 0.1 + 0.3)/6
+    # The momentum of 0.1 + 0.2 + 0.1 + 0.3 is divided by a mass of 6.
     assert moving.impact_velocity == pytest.approx(0.7 / 6.0, rel=1e-15)
     (folder / "heavy.csv").write_text("position,mass\n0.5,2\n1.5,1\n")
     heavy = Scene(particles=2, initial="heavy.csv", velocity=0.2)

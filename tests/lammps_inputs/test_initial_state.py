@@ -31,7 +31,7 @@ def test_positions_become_a_gap_and_strains(state_file):
 
 
 def test_strains_keep_every_digit(state_file):
-    # A difference of positions would lose 1e-17.
+    # A strain of 1e-17 would be lost in a difference of positions.
     state = read_initial_state(state_file("strain,mass\n0,2\n1e-17,1\n-1e-17,3\n"))
     assert state.strains.tolist() == [1e-17, -1e-17]
     assert state.masses.tolist() == [2.0, 1.0, 3.0]

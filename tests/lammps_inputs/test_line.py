@@ -36,7 +36,7 @@ def test_masses_of_both_bodies_are_listed_from_the_contact_outward():
     assert both.target_masses.tolist() == [3.0, 4.0, 5.0]
     assert both.chain_masses.tolist() == [1.0, 2.0]
     assert (both.targets, both.gap) == (3, 2)
-    # 1/(1/3 + 1/1) of the particles that meet, 1/(1/12 + 1/3) of the bodies.
+    # Reduced masses: 1/(1/3 + 1/1) for the particles in contact, 1/(1/12 + 1/3) for the bodies.
     assert both.contact_mass == pytest.approx(0.75, rel=1e-15)
     assert both.reduced_mass == pytest.approx(2.4, rel=1e-15)
 
@@ -44,7 +44,7 @@ def test_masses_of_both_bodies_are_listed_from_the_contact_outward():
 def test_separation_is_the_relative_velocity_of_the_centres_of_mass():
     both = line([1.0, 3.0], [1.0, 2.0])
     velocities = np.array([-0.1, -0.3, 0.4, 0.1])
-    # 0.6/3 - (-1.0)/4
+    # The centres of mass move at 0.6/3 and -1.0/4.
     assert both.separation(velocities) == pytest.approx(0.45, rel=1e-15)
     assert both.separation(both.velocities) == pytest.approx(-0.1, rel=1e-15)
     wall = line([math.inf], [1.0, 2.0])
@@ -54,7 +54,7 @@ def test_separation_is_the_relative_velocity_of_the_centres_of_mass():
 @pytest.mark.parametrize(
     ("bodies", "soft", "lightest", "mean"),
     [
-        # The target's particle of mass 0.1 has no bond, and meets nothing soft.
+        # The target's particle of mass 0.1 has no bond and no soft contact.
         (([0.1], [1.0, 3.0]), False, 1.0, 2.0),
         (([0.1], [1.0, 3.0]), True, 0.1, 2.0),
         (([0.1, 0.3], [1.0, 3.0]), False, 0.1, 2.0),

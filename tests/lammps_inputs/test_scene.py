@@ -195,7 +195,7 @@ def scenes(draw):
     for name, values in optional.items():
         if draw(st.booleans()):
             fields[name] = draw(values)
-    if bond.get("potential") == "harmonic":  # never tabulated
+    if bond.get("potential") == "harmonic":  # never has a table
         fields = {k: v for k, v in fields.items() if k not in ("table", "table_points")}
     if not set(numerics) & set(fields):  # then an error bar chooses them
         fields.pop("error", None)
@@ -352,7 +352,7 @@ for fields in (
 
 @pytest.mark.slow
 def test_hashes_are_those_of_another_processor():
-    # Otherwise a store would not recognise its collisions on another node of a cluster.
+    # If hashes differed, a store would not recognise its collisions on another node of a cluster.
     def hashes(environment):
         command = [sys.executable, "-c", _HASHES]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
@@ -471,7 +471,7 @@ def test_fields_that_do_not_go_together_are_all_named():
 
 
 def test_what_follows_from_a_mistake_is_no_mistake_of_its_own():
-    # Without its parameters there is no bond to ask whether it holds the compression.
+    # Without its parameters there is no bond, so that the compression cannot be checked.
     with pytest.raises(SceneError, match=r"^potential 'power' needs power_order and power_c$"):
         Scene(potential="power", compression=0.5)
 
@@ -511,7 +511,7 @@ def test_scene_files_that_may_not_end_are_refused(tmp_path, kind):
 
 
 def test_a_scene_may_come_through_a_pipe(tmp_path):
-    # As from a shell's <(...).
+    # A shell's <(...) gives such a pipe.
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     writer = threading.Thread(target=pipe.write_text, args=("particles = 4\n",))

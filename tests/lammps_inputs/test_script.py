@@ -24,7 +24,7 @@ from chaincor.lammps_inputs.script_plan import (
 )
 
 GOLDEN = Path(__file__).parents[1] / "golden"
-# Values that do not come from elsewhere in the program: the text alone is under test here.
+# These numbers are fixed here, because only the text is under test.
 TIMES = EndTimes(quiet=22.0, cap=300.0, look=2.0)
 END = ExpectedEnd(last_contact_time=18.25, contacts=9, ending="proved")
 BONDS = {

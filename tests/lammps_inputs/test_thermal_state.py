@@ -19,8 +19,8 @@ from chaincor.workflows.engines.reference import modal
 
 NONE = np.zeros(0)
 TEMPERATURES = (1e-6, 1e-4, 1.5e-3)
-# With fixed seeds, a p-value below this means a wrong distribution. Of the 48 values, only one in
-# twenty sets of seeds would have one.
+# With fixed seeds, a p-value below this means a wrong distribution. For a right distribution, one
+# set of seeds in twenty would give such a value among the 48.
 LEAST_P = 1e-3
 
 
@@ -33,21 +33,21 @@ def test_bonds_and_velocities_are_distributed_as_theory_says(name, temperature):
     # With the same seeds, all cases would have the same p-value.
     case = 3 * list(POTENTIALS).index(name) + TEMPERATURES.index(temperature)
     drawn = draw(bond, temperature, masses, NONE, list(range(4000 * case, 4000 * case + 4000)))
-    # One quadrature over a fine grid, from the energy alone; its error is far below 1/sqrt(N).
+    # The expected distribution is a quadrature on a fine grid. Its error is far below 1/sqrt(N).
     ends = bond_distribution(bond, temperature).edges[[0, -1]]
     grid = np.linspace(*ends, 200_001)
     density = np.exp(-bond.energy(grid) / temperature, where=grid > -1.0, out=np.zeros_like(grid))
     below = np.concatenate(([0.0], np.cumsum(density[1:] + density[:-1])))
     found = stats.kstest(drawn.strains.ravel(), lambda s: np.interp(s, grid, below / below[-1]))
     assert found.pvalue > LEAST_P
-    # Without its part in the centre of mass a particle has m/M less of the energy. The velocities
-    # of one state depend on each other, so that each particle is tested by itself.
+    # Without the motion of the centre of mass, a particle's energy is smaller by a fraction m/M.
+    # The velocities in one state are correlated, so that each particle is tested separately.
     for particle, mass in enumerate(masses):
         width = math.sqrt(temperature / mass * (1.0 - mass / masses.sum()))
         found = stats.kstest(drawn.velocities[:, particle] / width, "norm")
         assert found.pvalue > LEAST_P / 2
     momenta = np.abs(drawn.velocities @ masses)
-    # Four terms of up to about 5 sqrt(m T) each.
+    # The momentum is a sum of four terms of up to about 5 sqrt(m T).
     assert np.max(momenta) < 1e-14 * math.sqrt(temperature)
 
 
@@ -56,7 +56,8 @@ def test_bonds_of_one_state_and_of_two_seeds_are_independent():
     chain = np.hstack((drawn.strains, drawn.target_strains))
     columns = [*chain.T, *np.roll(chain, 1, axis=0).T, drawn.velocities[:, 0]]
     correlations = np.corrcoef(columns)[np.triu_indices(len(columns), 1)]
-    # 136 numbers of standard deviation 1/sqrt(N): beyond 4.5 of those once in a thousand sets.
+    # There are 136 correlations with standard deviation 1/sqrt(N). One set in a thousand exceeds
+    # 4.5 standard deviations.
     assert np.max(np.abs(correlations)) < 4.5 / math.sqrt(20_000)
 
 
@@ -70,7 +71,7 @@ def test_every_mode_of_springs_has_the_energy_of_the_temperature():
         displacements = np.concatenate(([0.0], np.cumsum(line.strains[1:])))
         energies[seed] = mode_energies(displacements, line.velocities[1:], masses=line.chain_masses)
     assert energies[:, 0] == pytest.approx(0.5 * 12 * 0.1**2, rel=1e-12)
-    # E_j is distributed as exp(-E/T): its standard deviation is T.
+    # E_j is distributed as exp(-E/T), with standard deviation T.
     assert energies[:, 1:].mean(axis=0) == pytest.approx(1e-4, rel=4.0 / math.sqrt(count))
     assert stats.kstest(energies[:, 1:].ravel() / 1e-4, "expon").pvalue > LEAST_P
 
@@ -94,19 +95,20 @@ def test_the_centre_of_mass_starts_at_one_distance(masses):
             assert line.separation(line.velocities) == pytest.approx(
                 -scene.impact_velocity, rel=1e-13
             )
-        # Sums of some 30 lengths of about 1.
+        # Positions are sums of some 30 lengths of about 1.
         assert np.ptp(distances) < 1e-13
 
 
 def test_margins_are_those_of_the_bound():
     bond = Scene(potential="harmonic").bond
     shares = np.arange(1, 100) / 100
-    # Gaussians: sqrt(2 ln(1e12)) standard deviations; shares are rounded upward by up to 1/256,
-    # of about 0.6, and the bound is taken on a grid.
+    # For Gaussians, the margin is sqrt(2 ln(1e12)) standard deviations. The computed margin is
+    # slightly larger: shares are rounded upward by up to 1/256, and the bound is evaluated on a
+    # grid.
     wanted = math.sqrt(2.0 * math.log(1e12) * 1e-4 * np.sum(shares**2))
     found = start_margin(bond, 1e-4, shares)
     assert wanted <= found < 1.01 * wanted
-    # A single bond has a known tail, and the overlap is less than the bound.
+    # For a single bond, the probability of the tail is known and below the bound.
     log = Scene(potential="log").bond
     margin = start_margin(log, 0.5, np.array([0.5]))
     mean = bond_distribution(log, 0.5).mean
@@ -128,7 +130,7 @@ def test_a_farther_start_changes_no_distribution():
             strains = line.strains.copy()
             strains[line.gap] = gap_of(strains[line.gap])
             line = replace(line, strains=strains)
-            drawn.__dict__["line"] = line  # where it is kept
+            drawn.__dict__["line"] = line  # the cached property
             found.append(modal.run(drawn.problem).separation_velocity)
         return found
 
@@ -136,7 +138,8 @@ def test_a_farther_start_changes_no_distribution():
     started = speeds(range(count), lambda gap: gap)
     farther = speeds(range(count, 2 * count), lambda gap: gap + 1.7)
     assert stats.ks_2samp(started, farther).pvalue > 0.01
-    # Particle 1 at the wall itself: then the first contact has no phase.
+    # If particle 1 starts at the wall, the distribution differs: vibrations always have the same
+    # phase.
     nearest = speeds(range(count), lambda _: 1e-9)
     assert stats.ks_2samp(started, nearest).pvalue < 1e-5
 
@@ -161,12 +164,13 @@ def test_a_state_depends_on_its_own_seed_alone():
         one = draw(bond, 1e-3, np.ones(9), np.ones(3), [seed])
         assert all(np.array_equal(a[row], b[0]) for a, b in zip(many, one, strict=True))
     longer = draw(bond, 1e-3, np.ones(12), NONE, [6])
-    # A longer chain begins like a shorter one; the target has numbers of its own.
+    # The strains of a longer chain begin with those of a shorter chain; the target has its own
+    # random numbers.
     assert np.array_equal(longer.strains[0, :8], many.strains[1])
     assert not np.allclose(many.strains[1, :2], many.target_strains[1])
 
 
-# On any machine, to the last digits of its exponentials.
+# States are reproducible on any machine, except for the last digits of exponentials.
 VELOCITIES = [-0.029559229979791216, 0.013208167755346254, 0.0031428944690987115]
 GOLDEN = {
     "harmonic": (0.23382434003243294, [-0.06466012729896908, 0.0021165554261466336]),

@@ -1,4 +1,4 @@
-"""The slides: built offline by `make docs` from index.md, every warning an error."""
+"""Configure the slides, which `make docs` builds offline from index.md with warnings as errors."""
 
 import sys
 from pathlib import Path

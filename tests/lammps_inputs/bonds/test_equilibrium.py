@@ -16,10 +16,10 @@ from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.thermal_state import start_margin
 
-# What the shares of a distribution may be off by: sums of some hundred numbers near 1 of 16 digits.
+# Rounding error of cumulative probabilities, which are sums of some hundred terms near 1.
 ROUNDING = 1e-13
 
-# Energies written anew, for mpmath, and where the bond gives way.
+# For each bond, an independent formula of the energy for mpmath, and the dissociation energy.
 PLAIN = {
     "harmonic": (Harmonic(), lambda s: s**2 / 2, None),
     "lj": (LennardJones(), lambda s: (1 - (1 + s) ** -6) ** 2 / 72, mpmath.mpf(1) / 72),
@@ -35,7 +35,7 @@ TEMPERATURES = (1e-6, 1e-4, 1e-3)
 
 
 def end_of(name, temperature):
-    """Where the bond gives way: at U = D - T, found from the formula, or at the barrier."""
+    """Return the strain at which the bond breaks: at the barrier, or where U = D - T."""
     depth = PLAIN[name][2]
     if depth is None:
         return BARRIER.get(name, math.inf)
@@ -52,7 +52,8 @@ def test_shares_are_those_of_quadrature_with_many_digits(name, temperature):
     bond, energy, _ = PLAIN[name]
     found = bond_distribution(bond, temperature)
     width = math.sqrt(temperature)
-    # Of bonds that break, the well and what is left to its end; of others, 14 widths: exp(-98).
+    # The intervals cover the well up to the breaking strain, or 14 widths, beyond which the density
+    # is below exp(-98).
     places = [max(-14 * width, -0.999), *(np.linspace(-4, 4, 9) * width).tolist()]
     last = min(end_of(name, temperature), 40 * width)
     places = [s for s in places if s < last] + [last]
@@ -72,15 +73,16 @@ def test_shares_are_those_of_closed_forms(temperature):
     shares = np.linspace(0.001, 0.999, 97)
     bonds = {
         Harmonic(): lambda s: ndtr(s / math.sqrt(temperature)),
-        # r/T is distributed as a Gamma of shape 1 + 1/T, and exp(-b s)/(b^2 T) of 1/(b^2 T).
+        # r/T has a Gamma distribution of shape 1 + 1/T, and exp(-b s)/(b^2 T) one of shape 1/(b^2
+        # T).
         Logarithmic(): lambda s: gammainc(1 + 1 / temperature, (1 + s) / temperature),
         Toda(): lambda s: gammaincc(1 / (100 * temperature), np.exp(-10 * s) / (100 * temperature)),
     }
     if temperature > 1.0:
-        del bonds[Toda()]  # exp(-b s) has no floating point
+        del bonds[Toda()]  # exp(-b s) leaves the range of floating-point numbers
     for bond, below in bonds.items():
         found = bond_distribution(bond, temperature)
-        # SciPy's Gamma of a shape of 1e6 is good to some 1e-12.
+        # SciPy's Gamma distribution with shape 1e6 has an error of some 1e-12.
         assert below(found.strains(shares)) == pytest.approx(shares, abs=1e-11), bond
         assert found.share_below(found.strains(shares)) == pytest.approx(shares, abs=ROUNDING)
 
@@ -116,7 +118,7 @@ def test_kinks_and_noise_of_users_bonds_are_met():
 
     bond = UserBond(energy, lambda s: -np.where(s < 0, 4.0, 1.0) * s, strain_min=-math.inf)
     found = bond_distribution(bond, 1e-2)
-    # Two halves of Gaussians of widths 1/2 and 1.
+    # The distribution consists of two half Gaussians of widths 1/2 and 1.
     assert found.share_below(np.array([0.0])) == pytest.approx([1 / 3], abs=1e-12)
     with pytest.raises(SceneError, match="rounded to more than T"):
         bond_distribution(bond, 1e-15)
@@ -131,7 +133,7 @@ BAD = [
     (Morse(), 1.8e-3, "an energy of 0.0138889 breaks a morse bond"),
     # At the barrier s = 1/3, U = 1/54.
     (Power(3, -1.0), 0.0024, "an energy of 0.0185185 breaks a power bond"),
-    # Where particles would pass through each other, U(-1) = 1.5.
+    # At strain -1, where particles would pass through each other, U = 1.5.
     (Power(4, 1.0), 0.2, "an energy of 1.5 presses the ends of a power bond together"),
     (formula_bond("log(1+s)^2", ()), 30.0, "grows too slowly"),
 ]

@@ -38,9 +38,10 @@ def test_formulas_of_the_named_bonds_are_these_bonds(text, parameters, named):
     bond = Formula(text, parameters)
     sizes = np.geomspace(1e-14, 2.0, 300)
     strains = np.concatenate((sizes, -sizes[sizes < 0.9]))
-    # Series below 0.03 or more: what cancels there of a formula whose terms are a few times the
-    # stiffness leaves a few eps/0.03 of the force, eps/0.03^2 of the energy; in tension that of
-    # morse bonds, the named ones too, ends in the eps of one.
+    # Series are used at strains below 0.03 or more. There, terms of the formula that are a few
+    # times the stiffness cancel, with relative errors of a few eps/0.03 in the force and eps/0.03^2
+    # in the energy. In tension, the force of a morse bond, named or not, has an absolute error of
+    # about eps.
     force, energy = named.force(strains), named.energy(strains)
     assert np.all(
         np.abs(bond.force(strains) - force) <= 3e-14 * np.maximum(abs(force), 1e-3 * abs(strains))
@@ -48,7 +49,7 @@ def test_formulas_of_the_named_bonds_are_these_bonds(text, parameters, named):
     assert np.all(
         np.abs(bond.energy(strains) - energy) <= 1e-12 * np.maximum(abs(energy), 1e-3 * strains**2)
     )
-    # lj of r^-14, whose terms are 13/6 and 7/6 of the stiffness.
+    # The curvature of lj has terms of 13/6 and 7/6 times the stiffness.
     curvature = named.curvature(strains)
     assert bond.curvature(strains) == pytest.approx(curvature, rel=1e-12, abs=1e-13)
     assert bond.natural_speed == (
@@ -59,12 +60,12 @@ def test_formulas_of_the_named_bonds_are_these_bonds(text, parameters, named):
     assert bond.anharmonic_order == named.anharmonic_order
     assert bond.stiffness == pytest.approx(1.0, rel=1e-14)
     assert bond.natural_length == 1.0
-    # Found by looking, on the safe side.
+    # The convex strain of a formula is found by sampling and never overestimated.
     assert 0.9 * named.convex_strain <= bond.convex_strain <= named.convex_strain
 
 
 def test_digits_at_the_slowest_speeds():
-    # 1e-12 v*: the plain formula of lj is wrong by 1e-4 there.
+    # At 1e-12 v*, the plain formula of lj has a relative error of 1e-4.
     text, parameters = "4*eps*((sig/r)^12 - (sig/r)^6)", {"eps": 0.3, "sig": 0.9}
     bond = Formula(text, parameters)
     with mpmath.workdps(60):
@@ -79,7 +80,7 @@ def test_digits_at_the_slowest_speeds():
                 strain = side * share * bond.natural_speed / bond.stiffness**0.5
                 x = mpmath.mpf(strain)
                 force = -mpmath.diff(energy, x)
-                # Series: eps of the parameters' own last digits through k, and of its sum.
+                # Errors of the series: rounding of the parameters, through k, and of the sum.
                 assert abs(float(bond.energy(strain) / energy(x) - 1)) < 1e-13
                 assert abs(float(bond.force(strain) / force - 1)) < 2e-14
 
@@ -90,10 +91,11 @@ def test_natural_length_and_stiffness_are_those_of_the_formula():
     assert bond.stiffness == pytest.approx(72.0 * 0.5 / 2 ** (1.0 / 3.0) / 0.64, rel=1e-14)
     assert bond.dissociation == pytest.approx(0.5, rel=1e-12)
     assert (bond.energy(0.0), bond.force(0.0)) == (0.0, 0.0)
-    # In reduced units lj is itself: v* of a bond of depth D is that of lj times sqrt(72 D).
+    # Reduced units turn this bond into lj, so that a depth D multiplies v* of lj by sqrt(72 D).
     ratio = bond.natural_speed / LennardJones().natural_speed
     assert ratio == pytest.approx(math.sqrt(72.0 * 0.5), rel=3e-12)
-    # Particles meet at its length zero; of a bond longer than 1 at strain -1 at the latest.
+    # Particles coincide at length zero of the bond. For a bond longer than 1, this is at strain -1
+    # at the latest.
     assert bond.strain_min == pytest.approx(-bond.natural_length, rel=1e-12)
     assert Formula("(r - 1.25)^2", {}).strain_min == -math.inf
 
@@ -106,8 +108,8 @@ def test_a_kernel_serves_all_values_of_the_parameters():
     strains = np.concatenate((np.linspace(-0.5, 2.0, 101), np.geomspace(1e-14, 1e-2, 50)))
     for bond in (first, second):
         single = [float(bond.force_kernel(float(s), bond.parameters)) for s in strains]
-        # Python's and NumPy's exponentials and powers may round differently, by an eps of terms
-        # that are 1/near times the force.
+        # Exponentials and powers of Python and NumPy may round differently, by an eps of terms that
+        # are much larger than the force.
         assert bond.force(strains) == pytest.approx(single, rel=1e-13, abs=1e-18)
 
 
@@ -126,7 +128,8 @@ def test_barriers_and_ends_of_a_formula():
     assert Formula("s^2/2 + 1e-3/(0.3 - s)", {}).strain_max == pytest.approx(
         0.3 - Formula("s^2/2 + 1e-3/(0.3 - s)", {})._rest, rel=1e-9
     )
-    # Finite where particles meet: they can pass through each other, which engines look for.
+    # The energy is finite at length zero: particles can pass through each other, which engines
+    # detect.
     assert Formula("(s + 1)^2.5 - 2.5*s", {}).strain_min == -math.inf
 
 
@@ -185,7 +188,7 @@ HOSTILE = {
 
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
 def test_what_is_no_formula_is_refused_in_one_line(text):
-    # What this keeps out takes hours.
+    # Without the refusal, some of these formulas would take hours.
     with must_end(), pytest.raises(PotentialError) as refused:
         Formula(text, {})
     message = str(refused.value)

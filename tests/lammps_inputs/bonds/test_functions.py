@@ -8,7 +8,8 @@ import pytest
 
 from chaincor.lammps_inputs.bonds.functions import expm1_minus_x, x_minus_log1p
 
-# Both forms lose at most about 20 units in the last place, where they meet at |x| = 0.1.
+# At |x| = 0.1, where the code changes from one form to the other, each form has an error of at most
+# about 20 units in the last place.
 TOLERANCE = 25.0 * sys.float_info.epsilon
 MAGNITUDES = np.geomspace(1e-150, 0.9, 400)
 ARGUMENTS = np.concatenate([MAGNITUDES, -MAGNITUDES, [0.1, -0.1, np.nextafter(0.1, 0.0)]])

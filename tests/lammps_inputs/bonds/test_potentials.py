@@ -68,8 +68,9 @@ def in_exact_arithmetic(function, strains, bond):
 
 @each_bond
 def test_energy_and_force_keep_their_digits_at_any_strain(bond):
-    # A power r^-13 of a rounded r loses 13 half units; a square of an expm1 of 6 log1p some more.
-    # The plain formula is wrong by 1e-4 at strain 1e-6 and by everything at 1e-9.
+    # In a power r^-13, rounding of r is amplified 13 times; a square of expm1(6 log1p(s)) loses
+    # slightly more. The plain formula has a relative error of 1e-4 at strain 1e-6, and of 1 at
+    # strain 1e-9.
     energy, force = EXACT[bond.name]
     tolerance = 40.0 * EPSILON
     expected = in_exact_arithmetic(energy, STRAINS, bond)
@@ -88,8 +89,8 @@ def test_rest_is_the_origin_of_energy_with_unit_stiffness(bond):
 
 @each_bond
 def test_force_and_curvature_are_derivatives(bond):
-    # A central difference has an error of h^2/6 of the third derivative and a rounding error of eps
-    # |U|/h.
+    # A central difference has an error of h^2/6 times the third derivative and a rounding error of
+    # eps |U|/h.
     h = 1e-4
     strains = np.linspace(-0.25, 0.25, 101)
     for value, derivative in ((bond.energy, bond.force), (bond.force, bond.curvature)):
@@ -97,7 +98,7 @@ def test_force_and_curvature_are_derivatives(bond):
         wide = np.array([derivative(strains + k * 2.0 * h) for k in (-1, 0, 1)])
         third = np.abs(wide[2] - 2.0 * wide[1] + wide[0]) / (2.0 * h) ** 2
         noise = np.max(np.abs(value(strains))) * EPSILON / h
-        noise += np.max(np.abs(wide)) * EPSILON / (2.0 * h) ** 2 * h**2  # that of `third` itself
+        noise += np.max(np.abs(wide)) * EPSILON / (2.0 * h) ** 2 * h**2  # rounding error of `third`
         allowed = 2.0 * (h * h / 6.0 * third + noise) + 40.0 * EPSILON
         assert np.all(np.abs(slope - derivative(strains)) <= allowed)
 
@@ -106,14 +107,14 @@ def test_force_and_curvature_are_derivatives(bond):
 def test_kernel_is_the_method(bond):
     kernel = bond.force_kernel
     one_by_one = [float(kernel(float(s), bond.parameters)) for s in STRAINS]
-    # Python's and NumPy's powers and exponentials may round differently.
+    # Powers and exponentials of Python and NumPy may round differently.
     assert bond.force(STRAINS) == pytest.approx(one_by_one, rel=8.0 * EPSILON, abs=0.0)
 
 
 @pytest.mark.skipif(np.finfo(np.longdouble).nmant < 63, reason="needs more than double digits")
 def test_exponential_of_toda_to_two_epsilon():
     sizes = np.logspace(-17.0, np.log10(38.0), 100_001)
-    # exp(709) is the largest that is not cut off, exp(-38) the smallest that changes -1.
+    # exp(709) is the largest value before the cutoff, exp(-38) the smallest that changes -1.
     strains = np.concatenate((-sizes, sizes, [-709.0, 1e-12, -1e-12], np.linspace(-3, 3, 100_001)))
     exact = np.expm1(-strains.astype(np.longdouble))
     steep = TodaParameters(1.0)
@@ -163,14 +164,14 @@ def test_compressed_root_doubles_the_harmonic_energy(bond):
         return
     assert root < 1.0
     strain = root - 1.0
-    # A root found to 1e-15 in s moves U/s^2 by a few times that over |s|.
+    # An error of 1e-15 in the root s changes U/s^2 by a relative error of a few times 1e-15/|s|.
     assert bond.energy(strain) == pytest.approx(strain**2, rel=1e-13)
 
 
 @given(b=st.floats(1e-90, 1e90))
 def test_toda_speed_scales_as_one_over_b(b):
-    # U(s; b) = U(b s; 1)/b^2, so v* b is one number. The natural speed at small b belongs to a
-    # strain beyond -1: the potential does not mind, only a chain does. Both are rounded to 5e-13.
+    # U(s; b) = U(b s; 1)/b^2, so that v* b is a constant. At small b, the natural speed belongs to
+    # a strain below -1, which only a chain forbids, not the potential. Each v* is rounded to 5e-13.
     assert Toda(b).natural_speed * b == pytest.approx(Toda(1.0).natural_speed, rel=1.1e-12)
 
 
@@ -192,8 +193,8 @@ def test_lammps_formula_is_the_energy(bond):
     names = {"exp": np.exp, "ln": np.log}
     for s in np.linspace(-0.2, 0.3, 21):
         value = eval(formula, names, {"s": s})
-        # LAMMPS has no expm1 or log1p, so the formula has an error of a few units of its largest
-        # term, 1.
+        # LAMMPS has no expm1 or log1p. The formula therefore has an error of a few eps times its
+        # largest term, 1.
         assert value == pytest.approx(bond.energy(s), abs=4.0 * EPSILON, rel=1e-12)
 
 
@@ -229,7 +230,7 @@ def test_the_log_bond_as_a_function_of_the_logarithm_of_its_length():
     bond = Logarithmic()
     for y in (-30.0, -1.0, -1e-9, 1e-9, 0.5):
         force, inverse_length = bond.log_length.kernel(y, bond.parameters)
-        if y > -20.0:  # shorter bonds have no digits left in their strain
+        if y > -20.0:  # strains of shorter bonds have lost their digits
             assert force == pytest.approx(float(bond.force(np.expm1(y))), rel=1e-9)
             energy = float(bond.energy(np.expm1(y)))
             assert float(bond.log_length.energy(y)) == pytest.approx(energy, rel=1e-7)
@@ -260,11 +261,11 @@ class TestUserBond:
     def test_finds_the_speed_scale_numerically(self):
         lj = LennardJones()
         user = UserBond(lambda s: lj.energy(s) - 0.7, lj.force, name="mine")
-        # The stiffness comes from a central difference with step 1e-5: 1e-10 U''''/6 off, and
-        # U''''(1) = 371 for lj; v* follows with a factor of order one.
+        # The stiffness comes from a central difference with step 1e-5. Its error is 1e-10 U''''/6,
+        # with U''''(1) = 371 for lj. The relative error of v* has a similar size.
         assert user.stiffness == pytest.approx(1.0, abs=371e-10 / 6 * 1.2)
         assert user.natural_speed == pytest.approx(lj.natural_speed, rel=1e-7)
-        # The constant that is subtracted again leaves rounding of its own size.
+        # Subtracting the constant leaves its rounding error.
         strains = np.linspace(-0.1, 0.1, 7)
         assert user.energy(strains) == pytest.approx(lj.energy(strains), abs=EPSILON)
 
@@ -282,11 +283,11 @@ class TestUserBond:
             UserBond(lambda s: -s * s, lambda s: 2.0 * s)
 
     def test_a_steep_bond_has_its_root_very_near(self):
-        # U = s^2/2 + 1e6 |s|^3: the cubic term is half of s^2 at s = -5e-7, where U = s^2.
+        # For U = s^2/2 + 1e6 |s|^3, the root of U = s^2 is at s = -5e-7.
         user = UserBond(
             lambda s: 0.5 * s * s + 1e6 * np.abs(s) ** 3, lambda s: -s - 3e6 * np.abs(s) * s
         )
-        # A stiffness from a central difference over 2e-5 sees mostly the cubic term here: the
-        # root belongs to that stiffness, K s^2 = U.
+        # Here, the stiffness K from a central difference over 2e-5 comes mostly from the cubic
+        # term. The root is that of U = K s^2.
         strain = user.compressed_root - 1.0
         assert user.energy(strain) == pytest.approx(user.stiffness * strain**2, rel=1e-6)

@@ -1,4 +1,4 @@
-"""Test users' tables: few digits suffice, faults are named, and loops use SciPy's spline."""
+"""Test users' tables: few digits suffice, faults are named, and loops evaluate SciPy's spline."""
 
 import hashlib
 import pickle
@@ -28,9 +28,10 @@ def write_table(path, digits, scale=1.0):
 def test_the_zero_is_found_within_the_digits(tmp_path, digits):
     bond = read_bond_table(write_table(tmp_path / "few.table", digits))
     assert abs(float(bond.force(0.0))) < 1e-9
-    # Length 1 moves only by the last digits.
+    # Length 1 changes only in the last digits.
     assert abs(bond.strain_max - 0.2) < 3.0 * 10.0**-digits
-    # Within 1.25 times half a unit of both columns, the stiffness being 13 at most here.
+    # Half a unit of each column enters the force, with a factor of 1.25 and a stiffness of up to
+    # 13.
     strains = np.linspace(-0.05, 0.15, 50)
     allowed = 1e-9 + 20.0 * 10.0**-digits
     assert bond.force(strains) == pytest.approx(LennardJones().force(strains), abs=allowed)
@@ -56,7 +57,8 @@ def test_a_scene_of_a_table_can_be_sent_to_another_process(tmp_path):
     content = path.read_bytes()
     path.unlink()
     sent = pickle.loads(pickle.dumps(scene))
-    # A bond is identified by its content, so a process has one object with its compiled loops.
+    # A table's content identifies its bond: each process has a single bond object with its compiled
+    # loops.
     assert sent.bond is scene.bond
     assert sent.sha256 == scene.sha256
     assert sent.canonical_fields["bond_file"] == hashlib.sha256(content).hexdigest()
@@ -79,7 +81,7 @@ def test_numbers_beyond_all_are_refused(tmp_path, word):
 
 
 def honest_rows(rows=401):
-    """Return lengths, energies and forces, and the slopes of these at both ends."""
+    """Return lengths, energies and forces, and the slopes of the force at both ends."""
     strains, bond = np.linspace(-0.1, 0.2, rows), LennardJones()
     data = np.transpose([1.0 + strains, bond.energy(strains), bond.force(strains)])
     return data, (-bond.curvature(strains[[0, -1]])).tolist()
@@ -96,10 +98,10 @@ def write_rows(path, data, header, form="%.9g"):
 def test_honest_tables_contradict_themselves_nowhere(tmp_path, rows, form):
     data, slopes = honest_rows(rows)
     if rows == 2000 and form != "%.17g":
-        data = data[::20]  # rows that differ by more than the digits
+        data = data[::20]  # neighbouring rows differ by more than the last digit
     header = f"N {len(data)} FP {slopes[0]:.4g} {slopes[1]:.4g} EQ 1"
     read_bond_table(write_rows(tmp_path / "t.table", data, header, form))
-    # Energies count from anywhere; slopes of 0, as in LAMMPS's manual, say that none are known.
+    # The zero of the energy is arbitrary. Slopes of 0, as in LAMMPS's manual, mean unknown slopes.
     data[:, 1] += 0.75
     read_bond_table(write_rows(tmp_path / "t.table", data, f"N {len(data)} FP 0 0", form))
 
@@ -167,7 +169,7 @@ def test_energies_that_are_not_those_of_the_forces_are_refused(tmp_path):
 
 
 def lj_rows(path, rows=60, *, header=True, digits=15, altered=None):
-    """Write forces of lj between 0.75 and 1.9; `altered` are forces to put instead, by row."""
+    """Write forces of lj between 0.75 and 1.9; `altered` gives other forces for some rows."""
     lengths = np.linspace(0.75, 1.9, rows)
     forces = LennardJones().force(lengths - 1.0)
     for row, force in (altered or {}).items():
@@ -197,8 +199,8 @@ def test_two_sections_are_reported(tmp_path):
 def test_an_outlier_is_reported_by_its_row(tmp_path, row):
     lengths = np.linspace(0.75, 1.9, 60)
     right = float(LennardJones().force(lengths[row] - 1.0))
-    # Off by a tenth of itself and more, a slip of a digit; nearer to the core rows are too far
-    # apart to tell.
+    # The wrong force differs by at least a tenth, like a slip of a digit. Closer to the core, rows
+    # are too far apart to detect this.
     path = lj_rows(tmp_path / "outlier.table", altered={row: 1.1 * right + 0.01})
     with pytest.raises(TableError, match=f"in row {row + 1}, but its other rows suggest"):
         read_bond_table(path)
@@ -215,14 +217,14 @@ def test_noise_is_distinguished_from_unresolved_rows(tmp_path):
     forces = LennardJones().force(lengths - 1.0)
     for noise in (1e-6, 1e-4):
         noisy = forces + noise * rng.standard_normal(200)
-        # A standard deviation over some ten rows is itself uncertain by a quarter.
+        # A standard deviation of some ten rows is uncertain by a quarter.
         found = np.median(BondRows(lengths - 1.0, noisy, np.zeros(200)).noise())
         assert 0.5 * noise < found < 1.5 * noise
     assert np.median(BondRows(lengths - 1.0, forces, np.zeros(200)).noise()) < 1e-10
 
 
 def bond_through(rows, reach=0.0):
-    # The rows are unevenly spaced, so that no row is found by a division.
+    # The rows are unevenly spaced, so that a division does not give the row.
     strains = np.sort(np.concatenate(([0.0], np.random.default_rng(2).uniform(-0.3, 0.5, rows))))
     return SplineBond(CubicSpline(strains, -strains + strains**2), "rows", reach)
 
@@ -232,7 +234,7 @@ def test_the_kernel_is_the_spline_at_rows_between_them_and_beyond():
     knots = bond.force_spline.x
     strains = np.concatenate((knots, np.linspace(bond.strain_min, bond.strain_max, 501)))
     found = [spline_force(float(s), bond.parameters) for s in strains]
-    # Four roundings of numbers below 1.
+    # The tolerance covers four rounding errors of numbers below 1.
     np.testing.assert_allclose(found, bond.force(strains), rtol=1e-14, atol=4e-16)
 
 
@@ -243,5 +245,5 @@ def test_there_is_no_force_beyond_the_reach():
 
 
 def test_all_tables_share_compiled_loops():
-    # Compiled once and kept, where each spline would otherwise be stepped by NumPy.
+    # Loops for tables are compiled once; without this, NumPy would evaluate each spline.
     assert bond_through(9).force_kernel is bond_through(12).force_kernel is spline_force

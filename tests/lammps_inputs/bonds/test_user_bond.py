@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.errors import PotentialError
 
 
 def bent(stiffness, strain, **options):
-    """Return a bond of stiffness 1, and of another beyond a strain."""
+    """Return a bond with stiffness 1, and with another stiffness beyond a strain."""
     more = stiffness - 1.0
     return UserBond(
         lambda s: 0.5 * s**2 + 0.5 * more * np.maximum(s - strain, 0.0) ** 2,
@@ -30,7 +30,7 @@ class TestKinks:
     @pytest.mark.parametrize("strain", [0.0, 1e-3, 0.03, 0.123456789])
     @pytest.mark.parametrize("stiffness", [0.0, 0.99, 5.0])
     def test_are_found(self, stiffness, strain):
-        # The lines on both sides, a thousandth of a bracket of 1e-8 wide apart, meet there.
+        # The kink is the intersection of the lines on its two sides, within a bracket of 1e-8.
         assert bent(stiffness, strain).kinks == pytest.approx((strain,), abs=1e-10)
 
     def test_several_are_found(self):
@@ -80,14 +80,14 @@ class TestEnergyAndForce:
             UserBond(lambda s: s**2 / 2 + s**4, lambda s: -s - 3 * s**3)
 
     def test_the_range_counts(self):
-        # The bond is accepted with the cut named.
+        # The bond is accepted if the range is given.
         options = {"energy": lambda s: 0.5 * s**2, "force": lambda s: -np.clip(s, -0.5, 0.5)}
         with pytest.raises(PotentialError, match="strain_min and strain_max"):
             UserBond(**options)
         assert UserBond(**options, strain_min=-0.5, strain_max=0.5).stiffness == pytest.approx(1.0)
 
     def test_rounding_is_no_mismatch(self):
-        # At strain 1e-4, bonds hold only 1e-10 of this energy's constant.
+        # At strain 1e-4, the bond's energy is only 1e-10 times the constant.
         constant = 50.0
         bond = UserBond(lambda s: 0.5 * s**2 + constant, lambda s: -s)
         assert bond.energy(0.0) == 0.0
@@ -140,7 +140,7 @@ class TestBreaking:
         # The examined strains are 5.5 % apart.
         found = UserBond(lj.energy, lj.force).convex_strain
         assert found <= lj.convex_strain <= 1.06 * found
-        # Without tension nothing pulls from there on, as beyond an inflection less and less does.
+        # Without tension, the convex range ends at strain 0.
         assert slack().convex_strain == 0.0
 
     def test_a_bond_that_softens_in_compression_is_never_convex(self):
