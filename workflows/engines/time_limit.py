@@ -1,9 +1,6 @@
 """Limit the time of a collision, and the time that a compiled loop runs before it returns."""
 
-import ctypes
 import math
-import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -76,49 +73,31 @@ def check_time() -> None:
 
 
 class _OutOfTime(BaseException):
-    """Exception that ends a collision at its time limit; libraries do not catch it."""
+    """Exception that ends a compilation at the time limit; Numba does not catch it."""
 
 
 @contextmanager
-def stopped_at_limit() -> Iterator[None]:
+def compiling_to_limit() -> Iterator[None]:
     """
-    Stop Python code within the ``with`` block at the time limit; raises CostError.
+    Stop Numba's compiler within the ``with`` block at the time limit; raises CostError.
 
-    The block contains code that cannot call :func:`check_time`, for example the compiler of loops.
-    The code stops between two instructions of Python.
+    The compiler stops between two of its passes. An exception at any other point would leave it in
+    a state in which it cannot compile the same functions again.
     """
     check_time()
-    limit = _current.get()
-    if limit.end == math.inf:
-        yield
-        return
-    thread = ctypes.c_ulong(threading.get_ident())
-    finished, lock = threading.Event(), threading.Lock()
+    from numba.core import event
 
-    def stop() -> None:
-        # Callbacks of the compiler swallow the exception; therefore it is raised again each second.
-        wait = limit.left
-        while not finished.wait(min(wait, threading.TIMEOUT_MAX)):
-            with lock:
-                if not finished.is_set():
-                    ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, ctypes.py_object(_OutOfTime))
-            wait = 1.0
+    class Clock(event.Listener):
+        def on_start(self, event: object) -> None:
+            if time_limit().left < 0.0:
+                raise _OutOfTime
 
-    def report(unraisable: "sys.UnraisableHookArgs") -> None:
-        if not issubclass(unraisable.exc_type, _OutOfTime):
-            hook(unraisable)
+        def on_end(self, event: object) -> None:
+            pass
 
-    hook, sys.unraisablehook = sys.unraisablehook, report
-    threading.Thread(target=stop, daemon=True).start()
     try:
-        try:
+        with event.install_listener("numba:run_pass", Clock()):
             yield
-        finally:
-            with lock:
-                finished.set()
-            # Withdraw an exception that was already sent; it would be raised after the block.
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, None)
-            sys.unraisablehook = hook
     except _OutOfTime:
         check_time()
         raise

@@ -25,7 +25,7 @@ import numpy as np
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.reference.loops.fingerprint import fingerprint
 from chaincor.workflows.engines.reference.loops.processes import compiling_loop, one_process
-from chaincor.workflows.engines.time_limit import stopped_at_limit
+from chaincor.workflows.engines.time_limit import compiling_to_limit
 
 # These flags of NumPy arrays affect compiled code: contiguous, aligned, writeable.
 _LAYOUT = 0x0001 | 0x0100 | 0x0400
@@ -117,7 +117,7 @@ class CachedKernel:
                 "Unset it"
             )
         self.compiled += 1
-        with stopped_at_limit():
+        with compiling_to_limit():
             loop = self._dispatcher()
             types = tuple(map(numba.typeof, arguments))
             loop.compile(types)
