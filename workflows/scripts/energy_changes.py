@@ -89,9 +89,9 @@ class EnergyChange:
         """Clause on the conserved quantity that counts the exchanged energy; empty if none does."""
         exchanges = [each for each in self.causes if each.exchanges]
         if all(each.counted for each in exchanges):
-            return f"; look at {_COUNTING}:drift instead"
+            return f"; use the keyword {_COUNTING}:drift instead"
         if all(each.counted or each.countable for each in exchanges):
-            return f"; add '{_TALLY}' to fix langevin and look at {_COUNTING}:drift instead"
+            return f"; add '{_TALLY}' to fix langevin and use the keyword {_COUNTING}:drift"
         return ""
 
     def __str__(self) -> str:

@@ -266,8 +266,8 @@ def test_a_drift_that_no_step_cures_has_its_cause_tested(tmp_path):
 @pytest.mark.parametrize(
     ("fix", "instead"),
     [
-        ("langevin 1.0 1.0 0.1 4711", "; add 'tally yes' to fix langevin and look at econserve:d"),
-        ("langevin 1.0 1.0 0.1 4711 tally yes", "; look at econserve:drift instead."),
+        ("langevin 1.0 1.0 0.1 4711", "; add 'tally yes' to fix langevin and use the keyword ec"),
+        ("langevin 1.0 1.0 0.1 4711 tally yes", "; use the keyword econserve:drift instead."),
         ("viscous 0.5", "."),
     ],
 )
