@@ -100,7 +100,7 @@ def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
     """
     if answer is ...:
         return AnswerVerdict(
-            False, f"no answer yet: put yours in place of the dots. {exercise.asks}"
+            False, f"no answer yet: write it in place of the dots. Expected: {exercise.asks}"
         )
     arguments = () if exercise.arguments is None else exercise.arguments()
     if callable(answer) != (exercise.arguments is not None):
@@ -111,7 +111,7 @@ def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
     expected = np.ravel(np.asarray(value, dtype=float))
     what = "this is"
     if exercise.arguments is not None:
-        what = "what your function returns is"
+        what = "your function's result is"
         try:
             # Each call gets new arguments, because a function may change its arguments.
             answer = _results(exercise, answer)

@@ -2,7 +2,6 @@
 
 import html
 import math
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.given_numbers import shown
+from chaincor.workflows.lessons.answer_text import number_of, numbers_of
 
 # Iterator over pairs of a possible answer and a text about it.
 Answers = Iterator[tuple[ArrayLike, str]]
@@ -23,14 +23,11 @@ _NAMED_WITHIN = 0.01
 _SHARP = 0.01
 # If this many digits of an answer are right, the answer is right even if the tolerance is smaller.
 _ENOUGH_DIGITS = 3
-# This many digits are enough to name general mistakes with signs and per cent.
+# An answer of two digits that differs from the right one by less than this fraction may be a
+# rounded right answer as well as a mistake.
+_CLOSE = 0.1
+# Two digits are enough to name general mistakes with signs and per cent.
 _CERTAIN = 2
-_TEXT = re.compile(
-    r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(?:/\s*([\d.]+(?:e[-+]?\d+)?))?\s*(%?)"
-    # A unit may follow the number.
-    r"(?:\s*(?:steps?|times|rows|contacts|events|particles|collisions|v\*))?",
-    re.I,
-)
 
 
 @dataclass(frozen=True)
@@ -86,10 +83,11 @@ class AnswerComparison:
             times = f"each number is {factor:.4g} times the right one"
             return AnswerVerdict(False, f"not yet: {times}: a constant factor is wrong")
         if self._digits(expected) == 2:
-            return AnswerVerdict(False, f"right to 2 digits: {self._asked_precision()}")
-        for other, says in (*known, *general[:_CERTAIN]):
-            if self._digits(other) == 2:
-                return AnswerVerdict(False, f"not yet: {says}")
+            return AnswerVerdict(False, "right to 2 digits: give three digits, or an expression")
+        candidates = (*known, *general[:_CERTAIN])
+        likely = {says for other, says in candidates if self._names_by_two_digits(other, expected)}
+        if len(likely) == 1:
+            return AnswerVerdict(False, f"not yet: {likely.pop()}")
         return AnswerVerdict(False, f"not yet: {self._side(expected)}")
 
     def _aligned(self, other: Array) -> Array:
@@ -111,7 +109,8 @@ class AnswerComparison:
             decimals = digits - 1 - math.floor(math.log10(scale))
             by_decimals = [round(float(value), decimals) for value in other]
             by_digits = [float(f"{value:.{digits - 1}e}") for value in other]
-            for rounded in (by_decimals, by_digits):
+            # One decimal is too few to recognise a vector whose largest number is about 1.
+            for rounded in (by_digits, by_decimals) if digits > 2 else (by_digits,):
                 if np.allclose(given, rounded, rtol=1e-12, atol=1e-12 * scale):
                     return digits
         return 0
@@ -120,6 +119,10 @@ class AnswerComparison:
         """Return whether `other`, rounded to the answer's number of digits, gives the answer."""
         shown_digits = max(len(f"{abs(v):.15e}".split("e")[0].rstrip("0")) - 1 for v in self.given)
         return min(self._digits(other), shown_digits) >= _ENOUGH_DIGITS
+
+    def _names_by_two_digits(self, other: Array, expected: Array) -> bool:
+        """Return whether the answer is `other` to two digits, and is not close to the right one."""
+        return self._digits(other) == 2 and not self._near(expected, _CLOSE)
 
     def _common_factor(self, expected: Array) -> float | None:
         """Return the common factor between all numbers in the answer and the right ones, if any."""
@@ -131,16 +134,12 @@ class AnswerComparison:
         same = np.allclose(factors, factor, rtol=1e-6, atol=0.0)
         return factor if same and factor != 0.0 and abs(factor - 1.0) > 1e-3 else None
 
-    def _asked_precision(self) -> str:
-        if self.tolerance < 1e-4:
-            return "give more digits, or an expression"
-        return f"give it within {100.0 * self.tolerance:g} % of its value, or as an expression"
-
     def _side(self, expected: Array) -> str:
         """Describe whether the answer is too large or too small, and which numbers are wrong."""
         given = self._aligned(expected)
         if expected.size == 1:
-            return f"it is too {'large' if given[0] > expected[0] else 'small'}"
+            side = f"it is too {'large' if given[0] > expected[0] else 'small'}"
+            return f"{side}, by less than 1 %" if self._near(expected, 0.01) else side
         off = np.abs(given - expected) > self.tolerance * float(np.max(np.abs(expected)))
         right = int(expected.size - np.count_nonzero(off))
         first = int(np.argmax(off))
@@ -154,34 +153,34 @@ def _general_mistakes(expected: Array) -> Iterator[tuple[Array, str]]:
 
     These mistakes are tried after the exercise's own mistakes.
     """
-    yield -expected, "the sign is wrong: everything else is right"
-    yield 100.0 * expected, "this is right in per cent: give the number itself"
+    yield -expected, "the sign is wrong; the rest is right"
+    yield 100.0 * expected, "this is right in per cent: divide it by 100, or write %"
     if expected.size > 1:
-        yield (
-            expected[::-1],
-            "the numbers are right, but exchanged: give them in the order asked for",
-        )
-    yield 2.0 * expected, "this is twice the answer: a factor of 2 too much"
-    yield 0.5 * expected, "this is half the answer: a factor of 2 is missing"
-    yield expected**2, "this is the square of the answer: take the root"
-    yield np.sqrt(np.abs(expected)), "this is the square root of the answer"
-    yield 1.0 / expected, "this is the reciprocal: turn the fraction over"
-    yield 2.0 * np.pi * expected, "there is a factor of 2 pi too much"
-    yield expected / (2.0 * np.pi), "a factor of 2 pi is missing"
+        order = "exchanged" if expected.size == 2 else "in reverse order"
+        yield expected[::-1], f"the numbers are right, but {order}"
+    yield 2.0 * expected, "this is twice the right answer"
+    yield 0.5 * expected, "this is half the right answer"
+    yield expected**2, "this is the square of the right answer"
+    yield np.sqrt(np.abs(expected)), "this is the square root of the right answer"
+    yield 1.0 / expected, "this is the reciprocal of the right answer"
+    yield 2.0 * np.pi * expected, "divide this by 2 pi"
+    yield expected / (2.0 * np.pi), "multiply this by 2 pi"
 
 
 def numbers_in(answer: Any) -> Array | str:
     """
     Return the numbers in an answer as an array, or a text that says why there are none.
 
-    Texts such as ``"1/64"``, ``"9.3 %"`` and ``"30 steps"`` count as numbers.
+    Texts such as ``"1/64"``, ``"9.3 %"``, ``"30 steps"`` and ``"sqrt(2)"`` count as numbers.
     """
     if isinstance(answer, Iterator):
         answer = list(answer)
     if isinstance(answer, str):
-        answer = _number_of(answer)
+        answer = _read(answer)
+    if isinstance(answer, str):
+        answer = numbers_of(answer) or answer
     if isinstance(answer, list | tuple):
-        answer = [_number_of(one) if isinstance(one, str) else one for one in answer]
+        answer = [_read(one) if isinstance(one, str) else one for one in answer]
     if isinstance(answer, str | bytes | dict | set | bool) or answer is None:
         return shown(answer)
     try:
@@ -197,14 +196,7 @@ def numbers_in(answer: Any) -> Array | str:
     return numbers
 
 
-def _number_of(text: str) -> float | str:
-    """Return the number in a text: a decimal, a fraction or a percentage."""
-    found = _TEXT.fullmatch(text.strip().replace("−", "-").replace(",", "."))
-    if found is None:
-        return text
-    try:
-        number = float(found[1]) / float(found[2] or 1.0)
-    except (ValueError, ZeroDivisionError):
-        return text
-    # After the division by 100, a percentage keeps its number of digits.
-    return float(f"{number / 100.0:.12g}") if found[3] else number
+def _read(text: str) -> float | str:
+    """Return the number in a text, or the text if it states no number."""
+    number = number_of(text)
+    return text if number is None else number

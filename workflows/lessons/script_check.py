@@ -6,8 +6,9 @@ from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import shown
-from chaincor.workflows.lessons.script_faults import StudentScript, faults_by_part
+from chaincor.workflows.lessons.script_faults import faults_by_part
 from chaincor.workflows.lessons.script_run import faults_of_run, run_script
+from chaincor.workflows.lessons.student_script import StudentScript
 
 _RUN = "run by LAMMPS"
 
@@ -65,12 +66,12 @@ def check_script(path: str | Path) -> ScriptReport:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no text file"
+        reason = error.strerror if isinstance(error, OSError) else "it is not a text file"
         raise InputError(
             f"the script {shown(str(path))} cannot be read: {reason}. Give the path of a script"
         ) from None
     script = StudentScript.of(text, path.parent)
     parts = faults_by_part(script)
     if not any(parts.values()):
-        parts[_RUN] = tuple(faults_of_run(run_script(path)))
+        parts[_RUN] = tuple(faults_of_run(run_script(path), script.data_file()))
     return ScriptReport(parts)

@@ -26,24 +26,26 @@ _DRIFT, _WALL_ERROR = 0.02, 0.02
 # Up to this time step, the energy of ten particles changes by at most 0.4 %, and eta by at most
 # 0.004.
 _SHORT_STEP = 0.02
-# This table explains what LAMMPS's errors mean for the chain.
+# This table explains LAMMPS's errors for the chain; {data} stands for the name of the data file.
 _MEANINGS = {
-    "Bond atoms": "two bonded atoms are so far apart that LAMMPS lost one; the step is too long, "
-    "or an atom left the box, whose size stands in the data file",
-    "Lost atoms": "an atom left the box and was deleted; look at the wall and at the box",
-    "Out of range atoms": "atoms moved farther than the neighbour lists allow; rebuild them sooner",
-    "Cannot open file": "LAMMPS runs in the folder of the script; write `read_data chain.data`",
+    "Bond atoms": "two bonded atoms are too far apart; the step is too long, or an atom left the "
+    "box, whose size stands in {data}",
+    "Lost atoms": "an atom left the box and was deleted; look at the wall, and at the box in "
+    "{data}",
+    "Out of range atoms": "atoms moved farther than the neighbour lists allow; rebuild the lists "
+    "more often",
+    "Cannot open file": "LAMMPS runs in the folder of the script; write `read_data {data}`",
     "Unknown command": "LAMMPS knows no command of this name",
-    "before simulation box": "`read_data` makes the box, so this command comes after it",
-    "Replacing a fix": "two fixes have the same name; give each its own",
-    "is out of bounds": "all particles and bonds of chain.data have type 1",
-    "Incorrect format in Atoms": "the columns of chain.data are those of `atom_style bond`",
-    "Unknown print keyword": "the text of `print` stands in quotes",
+    "before simulation box": "`read_data` makes the box, so write this command after `read_data`",
+    "Replacing a fix": "two fixes have the same name; give them different names",
+    "is out of bounds": "all particles and bonds of {data} have type 1",
+    "Incorrect format in Atoms": "the columns of {data} are those of `atom_style bond`",
+    "Unknown print keyword": "write the text of `print` in quotes",
     "Unknown variable style": "a formula is `variable NAME equal FORMULA`",
     "Non-numeric variable": "a formula is `variable NAME equal FORMULA`",
-    "Invalid variable reference": "no `variable` of this name stands above",
-    "Invalid syntax in variable formula": "a power is written `^`, and nothing follows the formula",
-    "Invalid thermo keyword": "a variable in `$(...)` or in a formula is written `v_NAME`",
+    "Invalid variable reference": "no earlier `variable` has this name",
+    "Invalid syntax in variable formula": "write a power as `^`, and nothing after the formula",
+    "Invalid thermo keyword": "write a variable in `$(...)` or in a formula as `v_NAME`",
     "Expected integer": "write a whole number without a decimal point",
 }
 
@@ -124,26 +126,31 @@ def _state(path: Path) -> Array:
     return np.atleast_2d(np.loadtxt(path, skiprows=9))
 
 
-def faults_of_run(run: StudentRun) -> Iterator[str]:
-    """Yield the faults of a run, from LAMMPS's error message or from the motion."""
+def faults_of_run(run: StudentRun, data: str) -> Iterator[str]:
+    """
+    Yield the faults of a run, from LAMMPS's error message or from the motion.
+
+    `data` is the name of the script's data file.
+    """
     if run.error is not None:
-        meaning = next((f": {m}" for words, m in _MEANINGS.items() if words in run.error), "")
+        meaning = next((m for words, m in _MEANINGS.items() if words in run.error), "")
         at = f" at `{run.stopped_at}`" if run.stopped_at else ""
-        yield f'LAMMPS stopped{at} with "{run.error}"{meaning}'
+        cause = f": {meaning.replace('{data}', data)}" if meaning else ""
+        yield f'LAMMPS stopped{at} with "{run.error}"{cause}'
         return
     if run.states is None:
-        yield "the run left no state: does the script end itself before its last line?"
+        yield "the script ended before its last line: delete commands such as `quit`"
         return
-    yield from _faults_of_motion(run, *run.states)
+    yield from _faults_of_motion(run, *run.states, data)
 
 
-def _faults_of_motion(run: StudentRun, first: Array, last: Array) -> Iterator[str]:
+def _faults_of_motion(run: StudentRun, first: Array, last: Array, data: str) -> Iterator[str]:
     from chaincor.workflows.lessons.exercises import by_reference
 
     before, after = float(first[:, 2].mean()), float(last[:, 2].mean())
     if before >= 0.0:
         moves = "flies away from the wall" if before > 0.0 else "is at rest before the first step"
-        yield f"the chain {moves}: its velocity must be negative, as in chain.data"
+        yield f"the chain {moves}: its velocity must be negative, as in {data}"
         return
     chain = by_reference(potential="harmonic", particles=len(first), velocity=0.1)
     start = float(first[0, 1]) / -before
@@ -157,13 +164,13 @@ def _faults_of_motion(run: StudentRun, first: Array, last: Array) -> Iterator[st
     eta = (after / before) ** 2
     drift = _energy(last) / _energy(first) - 1.0
     too_long = "the step is too long. Steps above 2/omega_max are unstable, and the wall needs far "
-    too_long += "shorter ones, such as 0.01"
+    too_long += "shorter steps, such as 0.01"
     other = "the step is short enough, so look for another force or fix, or for a missing bond"
     cause = too_long if run.timestep > _SHORT_STEP else other
     if abs(drift) > _DRIFT:
         yield f"the total energy changes by {100.0 * drift:.2g} %: {cause}"
     elif abs(eta - chain.restitution) > _WALL_ERROR:
-        yield f"the restitution is {eta:.4g}, more than the wall's error from the exact: {cause}"
+        yield f"the restitution is {eta:.4g}; the wall alone cannot explain this error: {cause}"
     else:
         yield from _faults_of_print(_RESTITUTION.findall(run.printed), eta)
 
@@ -176,13 +183,13 @@ def _faults_of_print(printed: list[str], eta: float) -> Iterator[str]:
     number = number_in(printed[-1])
     if number is None:
         yield (
-            f"`restitution = {printed[-1]}` is printed as text: `$(v_NAME)` and `${{NAME}}` stand "
+            f"`restitution = {printed[-1]}` is printed as text: write `$(v_NAME)` or `${{NAME}}` "
             "for the value of a variable"
         )
     elif abs(number - eta**0.5) <= 1e-3:
-        yield "the printed number is e, the ratio of speeds: square it"
+        yield "the printed number is e, the ratio of speeds: print its square"
     elif abs(number - eta) > 1e-3:
-        yield f"the script prints {number:.4g}, and its velocities give {eta:.4g}"
+        yield f"the script prints {number:.4g}, but its velocities give {eta:.4g}"
 
 
 def _energy(state: Array) -> float:

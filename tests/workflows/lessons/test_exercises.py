@@ -36,7 +36,11 @@ def lj_energy(r):
 # These are answers that students may give, with a part of the expected reply.
 WRONG = {
     # eta and e, energy and momentum
-    "1.1": [([0, 0], "takes no energy"), ([1, 0.5], "half a period"), ([1, 0], "do not stick")],
+    "1.1": [
+        ([0, 0], "takes no energy"),
+        ([1, 0.5], "half a period"),
+        ([1, 0], "do not stay at the wall"),
+    ],
     "1.2": [
         (E, "this is e"),
         (E**2, "share that came back"),
@@ -45,9 +49,9 @@ WRONG = {
     ],
     "1.3": [
         (1 - E, "mind the sign"),
-        (2, "keeps all"),
+        (2, "keeps all its energy"),
         (1 + E**2, "adds an energy"),
-        (E, "stopped it first"),
+        (E, "before that, the wall stopped"),
     ],
     "1.4": [
         (1 - 4 * (1 - E**2), "four times as large"),
@@ -57,7 +61,7 @@ WRONG = {
     # stability of the step, neighbour lists
     "1.5": [
         (1.0125, "ten particles"),
-        (math.sqrt(0.5), "not 1"),
+        (math.sqrt(0.5), "not omega h = 1"),
         (2, "sqrt(2)"),
         (1, "long chains"),
         (2 * math.pi / math.sqrt(2), "this is the period"),
@@ -67,14 +71,14 @@ WRONG = {
     "2.1": [
         ([100, 100], "1/rows"),
         ([10, 10], "1/rows^4"),
-        ([100, 1e4], "the other way"),
+        ([100, 1e4], "asks for the rows"),
         ([math.sqrt(10), 10], "exchanged"),
     ],
     "2.2": [
         (lambda r: (r**-7 - r**-13) / 6, "sign of the force"),
         (lj_energy, "this is the energy"),
         (lambda r: 12 * (r**-13 - r**-7), "1/72 is forgotten"),
-        (lambda r: (r**-11 - r**-5) / 6, "falls by one"),
+        (lambda r: (r**-11 - r**-5) / 6, "lowers the power by one"),
         (lambda r: 1 - r, "force of a spring"),
     ],
     "2.3": [
@@ -83,7 +87,7 @@ WRONG = {
         ((13 * 0.9**-14 - 7 * 0.9**-8) / 6, "slope of the force itself"),
     ],
     # first-order wall, error bars
-    "3.1": [(-2.0, "against 1/h"), (1.0, "stock wall"), (4.0, "logarithm to base 2")],
+    "3.1": [(-2.0, "against 1/h"), (1.0, "reflect wall"), (4.0, "factor to base 2")],
     "3.2": [
         (8, "order 1"),
         (4, "one halving"),
@@ -94,14 +98,14 @@ WRONG = {
     ],
     "3.3": [
         (lambda x, v, a: x / abs(v), "free flight"),
-        (lambda x, v, a: (-v - np.sqrt(v**2 - 4 * a * x)) / (2 * a), "half of a s^2/2"),
-        (lambda x, v, a: (-v - np.sqrt(v**2 - 2 * a * x)) / -a, "in the past"),
+        (lambda x, v, a: (-v - np.sqrt(v**2 - 4 * a * x)) / (2 * a), "factor 1/2 in a s^2/2"),
+        (lambda x, v, a: (-v - np.sqrt(v**2 - 2 * a * x)) / -a, "this time is negative"),
         (lambda x, v, a: (-v + np.sqrt(v**2 - 2 * a * x)) / a, "other root"),
     ],
     "3.4": [
-        (3e-4, "error of the coarser"),
-        (7.5e-5, "3 errors"),
-        (4e-4, "coarser run is"),
+        (3e-4, "difference of the two runs"),
+        (7.5e-5, "3 times the error of the finer"),
+        (4e-4, "error of the coarser run"),
         (2e-5, "order 4"),
         (1.5e-4, "a quarter"),
     ],
@@ -117,7 +121,7 @@ WRONG = {
     ],
     "4.2": [
         (0.0314, "frequency omega"),
-        (100, "there and back"),
+        (100, "also holds the way back"),
         (1 / 0.031415, "one radian"),
         (math.pi, "fastest"),
     ],
@@ -128,20 +132,20 @@ WRONG = {
     ],
     # v*
     "5.1": [
-        (0.253608, "b = 10"),
+        (0.253608, "v* for b = 10"),
         (0.126804, "stiffness is 1 for every b"),
         (0.507217 / math.sqrt(2), "sqrt(2 U)"),
         (0.507217**2 / 2, "this is the energy"),
-        (0.507217**2, "square root is forgotten"),
+        (0.507217**2, "square root is missing"),
     ],
     "5.2": [
         (0.8, "in units of v*"),
-        (0.8 / 0.128489, "multiply by v*"),
+        (0.8 / 0.128489, "multiply by it"),
         (0.8 * 0.253608, "Toda"),
-        (0.128489, "1 v*"),
+        (0.128489, "at 1 v*"),
     ],
     "5.3": [
-        (10, "the other way"),
+        (10, "v* decreases"),
         (100**-0.25, "not -1/r"),
         (0.01, "1/c"),
         (1, "depends on c"),
@@ -149,42 +153,51 @@ WRONG = {
     ],
     "5.4": [
         ([1, 1], "less often"),
-        ([0.86, 0.86], "does depend"),
+        ([0.86, 0.86], "depends on the speed"),
         ([86, 100], "divide"),
         ([1, 0.86], "exchanged"),
     ],
     # forces, momentum, orders
     "6.1": [
         (lambda u: acceleration(u, -1.0), "sign of the force"),
-        (lambda u: np.append(0.0, LennardJones().force(np.diff(u))), "both its ends"),
-        (lambda u: np.append(-LennardJones().force(np.diff(u)), 0.0), "both its ends"),
-        (lambda u: np.append(np.diff(u), 0.0) - np.append(0.0, np.diff(u)), "springs"),
+        (lambda u: np.append(0.0, LennardJones().force(np.diff(u))), "at both ends"),
+        (lambda u: np.append(-LennardJones().force(np.diff(u)), 0.0), "at both ends"),
+        (lambda u: np.append(np.diff(u), 0.0) - np.append(0.0, np.diff(u)), "force of springs"),
     ],
     "6.2": [
         (lambda s, n, v0: (s.sum() / (n * v0) - 1) ** 2, "2 v, not v"),
-        (lambda s, n, v0: (2 * s.sum() / (n * v0)) ** 2, "of its own"),
-        (lambda s, n, v0: 2 * s.sum() / (n * v0) - 1, "eta is its square"),
+        (lambda s, n, v0: (2 * s.sum() / (n * v0)) ** 2, "add the initial momentum"),
+        (lambda s, n, v0: 2 * s.sum() / (n * v0) - 1, "eta = e^2"),
         (lambda s, n, v0: (s**2).sum() / (n * v0**2), "no energy"),
     ],
-    "6.3": [(8, "the exponent"), (16, "not 2 x 8"), (64, "the other way round"), (4, "order 2")],
+    "6.3": [(8, "the exponent"), (16, "not 2 x 8"), (64, "base and exponent"), (4, "order 2")],
     # sweeps
     "7.1": [
         ([108, 108], "not computed again"),
         ([36, 36], "stay in the store"),
         ([36, 72], "same store"),
-        ([12, 84], "crossed"),
+        ([12, 84], "combined"),
     ],
     "7.3": [(2, "twice as long"), (8, "not three"), (16, "neighbours only")],
     "7.2": [(0.717, "eta at the minimum"), (0.8, "longer chains"), (2.0, "end of the axis")],
     # limits
     "8.1": [(0.719, "sign"), (-2 / 3, "law of long chains"), (-0.719 * math.log(10), "log10")],
-    "8.2": [(1e4, "not with its square"), (10, "square root"), (1, "does shrink"), (2, "decades")],
-    "8.3": [([10, 45], "on top"), ([10, 100], "once, not twice"), ([1, 10], "turned round")],
+    "8.2": [
+        (1e4, "not to its square"),
+        (10, "square root"),
+        (1, "bonds of a slower chain"),
+        (2, "decades"),
+    ],
+    "8.3": [
+        ([10, 45], "add the contacts"),
+        ([10, 100], "once, not twice"),
+        ([1, 10], "must be reversed"),
+    ],
     "8.4": [
-        (2.2204e-16, "not yet compared"),
+        (2.2204e-16, "before division by"),
         (2.2204e-7, "near 1"),
         (1.4211e-14, "divide"),
-        (2.198e-5, "nearly"),
+        (2.198e-5, "grow continuously"),
     ],
 }
 
@@ -258,10 +271,10 @@ def squares(x):
         (-3.0, "the sign is wrong"),
         (300.0, "right in per cent"),
         (9.0, "the square"),
-        (3.0**0.5, "square root of the answer"),
+        (3.0**0.5, "square root of the right answer"),
         (1 / 3, "reciprocal"),
-        (6.0, "factor of 2 too much"),
-        (6.0 * math.pi, "2 pi too much"),
+        (6.0, "twice the right answer"),
+        (6.0 * math.pi, "divide this by 2 pi"),
         (3.1, "too large"),
         (2.0, "too small"),
     ],
@@ -302,13 +315,13 @@ def fails(x):
         (lambda x: sys.exit(3), "raised SystemExit: 3 in its line"),
         (lambda: 1.0, "cannot be called with 1 argument (TypeError: "),
         (lambda x, y: 1.0, "cannot be called with 1 argument (TypeError: "),
-        (lambda x: None, "what your function returns is None; expected: a function"),
-        (lambda x: math.nan, "what your function returns is not finite"),
+        (lambda x: None, "your function's result is None; expected: a function"),
+        (lambda x: math.nan, "your function's result is not finite"),
         (lambda x: np.zeros(7), "7 numbers where 4 are expected"),
-        (lambda x: x + 1j * x, "what your function returns is array([0.+0.j"),
-        (lambda x: "x", "what your function returns is 'x'"),
+        (lambda x: x + 1j * x, "your function's result is array([0.+0.j"),
+        (lambda x: "x", "your function's result is 'x'"),
         (lambda x: Unspeakable(), "an object of type Unspeakable"),
-        (lambda x: 10**400, "what your function returns is 1000"),
+        (lambda x: 10**400, "your function's result is 1000"),
     ],
 )
 def test_a_function_that_fails_is_judged_in_one_line(function, reported):
@@ -354,7 +367,9 @@ def test_an_answer_rounded_to_fewer_digits_is_reported(name, answer, digits):
     verdict = check(name, answer)
     assert not verdict
     # 2.0 is what a chain answers that loses nothing: a mistake of its own.
-    assert verdict.says.startswith(f"right to {digits} digits" if digits else "not yet: that is")
+    assert verdict.says.startswith(
+        f"right to {digits} digits" if digits else "not yet: a chain that keeps"
+    )
 
 
 @pytest.mark.parametrize(

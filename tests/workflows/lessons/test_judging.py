@@ -9,6 +9,7 @@ import pytest
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.workflows.lessons import check
 from chaincor.workflows.lessons.exercise import LESSONS, exercise, exercises_of, judge
+from chaincor.workflows.lessons.judging import numbers_in
 from tests.workflows.lessons.test_exercises import WRONG, acceleration
 
 J = np.arange(10)
@@ -147,6 +148,73 @@ def test_a_usual_mistake_is_named_however_it_is_rounded(name, case, digits):
     assert said in verdict.says
 
 
+# Texts of numbers, as students write them beside their units, labels and comments.
+NUMBER_TEXTS = {
+    "0.0929": 0.0929,
+    ".0929": 0.0929,
+    "+0.0929": 0.0929,
+    "9.29E-2": 0.0929,
+    "9.29 per cent": 0.0929,
+    "9.29 percent": 0.0929,
+    "0.0929 of the energy": 0.0929,
+    "0.0929 (rounded)": 0.0929,
+    "1 - 0.95242**2": 1 - 0.95242**2,
+    "1-0.95242^2": 1 - 0.95242**2,
+    "9.29 · 10^-2": 0.0929,
+    "1·10⁻⁴": 1e-4,
+    "1 x 10^-4": 1e-4,
+    "10**-4": 1e-4,
+    "±1e-4": 1e-4,
+    "+-1e-4": 1e-4,
+    "1e-4 in eta": 1e-4,
+    "1.952 n v0": 1.952,
+    "1.95 n v₀": 1.95,
+    "1.952 units of n v0": 1.952,
+    "η = 0.907": 0.907,
+    "v* = 0.507": 0.507,
+    "p = −0.72": -0.72,
+    "√2": 2**0.5,
+    "2/sqrt(2)": 2**0.5,
+    "sqrt 2": 2**0.5,
+    "1.41 time units": 1.41,
+    "after 30 steps": 30,
+    "30 timesteps": 30,
+    "about 200": 200,
+    "≈ 200": 200,
+    "pi/sin(π/200)": np.pi / np.sin(np.pi / 200),
+    "200 (2n)": 200,
+    "x64": 64,
+    "64x": 64,
+    "64-fold": 64,
+    "64 times smaller": 64,
+    "a factor of 64": 64,
+    "order 2": 2,
+    "0.103 bond lengths per time": 0.103,
+    "1.02 v_star": 1.02,
+    "(-13*0.9**-14 + 7*0.9**-8)/6": (-13 * 0.9**-14 + 7 * 0.9**-8) / 6,
+    "10, 55": [10, 55],
+    "[10, 55]": [10, 55],
+    "(10; 55)": [10, 55],
+    "10 and 55": [10, 55],
+    "10 45+10": [10, 55],
+    "0.86, 100 %": [0.86, 1.0],
+}
+NO_NUMBERS = ("64 mistakes", "1/0", "9**9**9**9", "x", "", "%", "3 steps 4 rows", "open('x')")
+
+
+@pytest.mark.parametrize("text", NUMBER_TEXTS)
+def test_a_text_is_read_as_the_number_that_it_states(text):
+    expected = np.ravel(NUMBER_TEXTS[text])
+    value = numbers_in(text)
+    assert not isinstance(value, str)
+    np.testing.assert_allclose(value, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("text", NO_NUMBERS)
+def test_a_text_without_a_number_is_no_number(text):
+    assert numbers_in(text) == repr(text)
+
+
 # No known mistake explains these wrong answers.
 OFF = (0.77, 0.87, 0.93, 1.09, 1.17, 1.31)
 SINGLE = [name for name, value in NUMBERS.items() if np.ndim(value) == 0]
@@ -187,8 +255,8 @@ def mistakes_of(name):
         # Digits and what is asked of them.
         ("5.2", 0.103, "right"),
         ("4.1", np.round(2.0 * np.sin(np.pi * J / 20), 2), "right"),
-        ("4.3", 0.18, "right to 2 digits: give it within 1 % of its value, or as an expression"),
-        ("1.2", 9.3, "not yet: this is right in per cent: give the number itself"),
+        ("4.3", 0.18, "right to 2 digits: give three digits, or an expression"),
+        ("1.2", 9.3, "not yet: this is right in per cent: divide it by 100, or write %"),
         ("1.2", "9.29 %", "right"),
         ("1.2", "9,29 %", "right"),
         ("1.6", "30 steps", "right"),
@@ -208,6 +276,12 @@ def mistakes_of(name):
             "this is '1/0'; expected: one number: how many times smaller the error "
             "gets when the step is halved three times",
         ),
+        # A guess and a rounded right answer have been taken for mistakes.
+        ("1.1", [1.0, 0.9], "not yet: 1 of 2 numbers are right; number 2 is too small"),
+        ("1.3", 1.9, "not yet: it is too small"),
+        ("1.4", 0.95, "not yet: it is too large"),
+        ("3.4", -1e-4, "right"),
+        ("5.2", 0.8 * 0.128, "not yet: it is too small, by less than 1 %"),
         # Mistakes that had no name.
         (
             "2.2",
@@ -217,18 +291,18 @@ def mistakes_of(name):
         (
             "4.2",
             198,
-            "not yet: this is 2(n - 1), the bonds there and back; the standing wave also "
-            "needs half a bond at either end: 2n",
+            "not yet: this is 2(n - 1), the bonds to the far end and back; the standing wave "
+            "also needs half a bond beyond each end: 2n",
         ),
         (
             "7.1",
             [108, 36],
-            "not yet: the numbers are right, but exchanged: give them in the order asked for",
+            "not yet: the numbers are right, but exchanged",
         ),
         (
             "8.3",
             [55, 10],
-            "not yet: the numbers are right, but exchanged: give them in the order asked for",
+            "not yet: the numbers are right, but exchanged",
         ),
     ],
 )

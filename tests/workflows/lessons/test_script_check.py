@@ -70,29 +70,34 @@ def test_an_empty_script_has_five_empty_parts_and_is_not_run(report_on):
 # Each case changes or omits one line, and names the faulty part and a piece of the message.
 FAULTS = [
     ("units           lj\n", "", 0, "write `units lj`"),
-    ("units           lj", "units real", 0, "`units real`: numbers without units"),
-    ("boundary        f f f\n", "", 0, "periodic box"),
+    ("units           lj", "units real", 0, "`units real`: the chain has no units"),
+    ("boundary        f f f\n", "", 0, "the box is then periodic"),
     ("boundary        f f f", "boundary p f f", 0, "periodic in x"),
     ("atom_style      bond\n", "", 1, "no `atom_style`"),
     ("atom_style      bond", "atom_style atomic", 1, "has no bonds"),
     ("read_data       chain.data\n", "", 1, "`read_data chain.data`"),
-    ("chain.data", "nothing.data", 1, "no file `nothing.data` in mine0, the folder"),
+    (
+        "chain.data",
+        "nothing.data",
+        1,
+        "no file `nothing.data` in mine0, the folder",
+    ),
     ("bond_style      harmonic\n", "", 2, "bonds have no force"),
     ("bond_coeff      1 0.5 1.0\n", "", 2, "no `bond_coeff`"),
-    ("1 0.5 1.0", "1 1.0 1.0", 2, "a stiffness of 1 is K = 0.5"),
-    ("1 0.5 1.0", "1 0.5 1.1", 2, "r0 is 1.1"),
-    ("1 0.5 1.0", "1 1 0.5", 2, "K and r0 are exchanged"),
+    ("1 0.5 1.0", "1 1.0 1.0", 2, "a stiffness of 1 needs K = 0.5"),
+    ("1 0.5 1.0", "1 0.5 1.1", 2, "R0 is 1.1"),
+    ("1 0.5 1.0", "1 1 0.5", 2, "K and R0 are exchanged"),
     ("1 0.5 1.0", "1 stiff", 2, "a type and two numbers"),
     ("1 0.5 1.0", "1 1 0.5 1.0", 2, "a type and two numbers"),
     ("fix             move all nve\n", "", 3, "no integrator"),
-    ("all nve", "all nvt temp 1 1 1", 3, "exchanges energy with a bath"),
+    ("all nve", "all nvt temp 1 1 1", 3, "exchanges energy with a heat bath"),
     ("all nve\n", "all nve\nfix again all nve\n", 3, "two integrators"),
     ("fix             stop all wall/reflect xlo 0.0\n", "", 3, "no wall"),
     ("xlo 0.0", "xhi 0.0", 3, "wrong side (xhi)"),
     ("xlo 0.0", "x 0.0", 3, "`x` is no face of the box"),
     ("xlo 0.0", "xlo 1.0", 3, "stands at x = 1.0"),
     ("all wall/reflect xlo 0.0", "all wall/harmonic xlo 0.0 1 1 1", 3, "soft wall"),
-    ("timestep        0.01\n", "", 4, "no `timestep`: LAMMPS takes steps of 0.005"),
+    ("timestep        0.01\n", "", 4, "no `timestep`: LAMMPS then takes steps of 0.005"),
     ("timestep        0.01", "time_step 0.01", 4, "write `timestep`"),
     ("thermo          100\n", "", 4, "no `thermo`"),
     ("run             2500\n", "", 4, "no `run`"),
@@ -118,7 +123,21 @@ FAULTS = [
     ("wall/reflect", "wall/reflct", 3, "is another fix: the hard wall is `wall/reflect`"),
     ("xlo 0.0", "xlo", 3, "names no face and place"),
     ("stop all", "move all", 3, "two fixes have the name move"),
-    ("f f f", "fff", 0, "give a letter for x, y and z each"),
+    ("f f f", "fff", 0, "give one letter each for x, y and z"),
+    ("run             2500", "run STEPS", 4, "write the number of steps in place of STEPS"),
+    # Commas and semicolons that are copied with a command.
+    ("units           lj", "units lj,", 0, "`units lj,` ends with a comma: delete it"),
+    ("run             2500", "run 2500;", 4, "`run 2500;` ends with a semicolon: delete it"),
+    (
+        "run             2500",
+        "run, 2500",
+        4,
+        "by spaces only, so delete each comma",
+    ),
+    ("f f f", "f, f, f", 0, "by spaces only, so delete each comma"),
+    ("/0.1)^2", "/0.1)^2,", 4, "(vcm(all,x)/0.1)^2,` ends with a comma"),
+    ('_restitution)"', '_restitution)",', 4, "ends with a comma"),
+    ("all nve\nfix             stop", "all nve, fix stop", 3, "write each command on its own line"),
 ]
 
 
@@ -154,21 +173,29 @@ RUNS = [
     ("run             2500", "run 500", "too short: it ends at t = 5"),
     ("timestep        0.01", "timestep 1.02", "the step is too long"),
     ("timestep        0.01", "timestep 1.5", 'stopped with "Bond atoms 1 2 missing'),
-    ("$(v_restitution)", "$(restitution)", "is written `v_NAME`"),
-    ("/0.1)^2", "/0.1)**2", "a power is written `^`"),
+    ("$(v_restitution)", "$(restitution)", "as `v_NAME`"),
+    ("/0.1)^2", "/0.1)**2", "write a power as `^`"),
     ("chain.data", "$(0)", "write `read_data chain.data`"),
     ("set -0.1", "set 0.1", "flies away from the wall"),
     ("(vcm(all,x)/0.1)^2", "-vcm(all,x)/0.1*-1.0", "e, the ratio of speeds"),
-    ("(vcm(all,x)/0.1)^2", "0.5", "prints 0.5, and its velocities give 0.9"),
+    ("(vcm(all,x)/0.1)^2", "0.5", "prints 0.5, but its velocities give 0.9"),
     ("thermo          100", "thermos 100\nthermo 100", "stopped at `thermos 100`"),
     ("set -0.1", "set 0.0", "at rest before the first step"),
-    ("0.01", "0.03", "the restitution is 0.8592, more than the wall's error"),
+    ("0.01", "0.03", "the restitution is 0.8592; the wall alone cannot explain"),
     ("thermo ", "fix drag all viscous 0.1\nthermo ", "look for another force or fix"),
     ("$(v_restitution)", "v_restitution", "`restitution = v_restitution` is printed as text"),
-    ('"restitution = $(v_restitution)"', "restitution = 1", "the text of `print` stands in quotes"),
+    ('"restitution = $(v_restitution)"', "restitution = 1", "write the text of `print` in quotes"),
     ("equal", "index", "a formula is `variable NAME equal FORMULA`"),
-    ("variable        restitution equal", "variable eta equal", "no `variable` of this name"),
-    ("read_data  ", "group first id 1\nread_data  ", "`read_data` makes the box"),
+    (
+        "variable        restitution equal",
+        "variable eta equal",
+        "no earlier `variable`",
+    ),
+    (
+        "read_data  ",
+        "group first id 1\nread_data  ",
+        "write this command after `read_data`",
+    ),
     ("style      bond", "style full", "the columns of chain.data"),
     ("coeff      1", "coeff 2", "all particles and bonds of chain.data have type 1"),
     ("run             2500", "run 2.5e3", "write a whole number"),
@@ -181,6 +208,18 @@ def test_what_only_the_run_shows_is_said(report_on, line, other, piece):
     found = said(report_on(SCRIPT.replace(line, other)))
     assert set(found) == {RUN}
     assert piece in found[RUN]
+
+
+@pytest.mark.slow_cases
+def test_messages_name_the_data_file_of_the_script(folder, tmp_path):
+    data = (folder / "chain.data").read_text()
+    (tmp_path / "tight.data").write_text(data.replace("-600 600 xlo", "-0.5 9.3 xlo"))
+    for name, piece in [
+        ("tight.data", "an atom left the box, whose size stands in tight.data"),
+        ("other.data", "write `read_data tight.data`"),
+    ]:
+        (tmp_path / "in.mine").write_text(SCRIPT.replace("chain.data", name))
+        assert piece in repr(check_script(tmp_path / "in.mine"))
 
 
 # These scripts are right in another way.
@@ -239,7 +278,7 @@ def test_a_script_that_cannot_be_read_is_one_line(tmp_path, chaincor):
     with pytest.raises(InputError, match="cannot be read: No such file"):
         check_script(tmp_path / "none")
     (tmp_path / "binary").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match="it is no text"):
+    with pytest.raises(InputError, match="it is not a text file"):
         check_script(tmp_path / "binary")
     status, out, err = chaincor("check-script", str(tmp_path / "none"))
     assert (status, out) == (2, "")

@@ -48,15 +48,18 @@ def _exercise_1() -> Answers:
     yield [_more_rows("linear"), _more_rows("spline")], RIGHT
     yield (
         [100.0, 100.0],
-        "a hundred times the rows would do if the error fell as 1/rows; look at the slopes "
-        "in the picture",
+        "this would be right if the error fell as 1/rows; look at the slopes in the picture",
     )
     yield [10.0, 10.0], "the linear table is right; the spline's error falls faster, as 1/rows^4"
     yield (
         [100.0, 1e4],
-        "this is how much better ten times the rows make them; asked is the other way",
+        "this is how much smaller ten times the rows make the error; the question "
+        "asks for the rows",
     )
-    yield [100.0**0.25, 10.0], "the two are exchanged: the spline needs fewer rows more"
+    yield (
+        [100.0**0.25, 10.0],
+        "the two numbers are exchanged: the spline needs fewer additional rows",
+    )
 
 
 @exercise(
@@ -73,19 +76,19 @@ def _exercise_2(r: Array) -> Answers:
     yield 72.0 * _force(r), "the factor 1/72 is forgotten, which makes the stiffness of the bond 1"
     yield (
         (r**-11 - r**-5) / 6.0,
-        "the power falls by one when differentiating: of r^-12 to r^-13, not to r^-11",
+        "differentiation lowers the power by one: r^-12 gives r^-13, not r^-11",
     )
     yield LennardJones().curvature(r - 1.0), "this is U'', differentiated once too often"
-    yield 1.0 - r, "this is the force of a spring, right near r = 1 only"
+    yield 1.0 - r, "this is the force of a spring; it is right only near r = 1"
 
 
-@exercise(f"one number: what FP has to give at the row r = {_LENGTH}")
+@exercise(f"one number: the slope that FP gives for the row r = {_LENGTH}")
 def _exercise_3() -> Answers:
     slope = -float(LennardJones().curvature(_LENGTH - 1.0))
     force = float(_force(np.array(_LENGTH)))
     yield slope, RIGHT
-    yield -slope, "this is U'', the slope of -F; a table wants the slope of the force itself, dF/dr"
-    yield force, "this is the force; FP gives how fast it changes, dF/dr"
+    yield -slope, "this is U'', the slope of -F; FP gives the slope of the force itself, dF/dr"
+    yield force, "this is the force; FP gives the slope of the force, dF/dr"
     yield -force, "this is U', the slope of the energy; FP gives the slope of the force"
-    yield 0.0, "that is flat at the end: the mistake of the broken job"
+    yield 0.0, "this is a force that is flat at the end of the table, the mistake of the broken job"
     yield -1.0, "this is the slope at r = 1, where the stiffness is 1"

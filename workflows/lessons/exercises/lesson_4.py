@@ -16,25 +16,31 @@ def _exercise_1() -> Answers:
     yield omega, RIGHT
     yield (
         np.sin(np.pi * j / _N),
-        "sin(pi j/n) is a misprint of the paper: it falls again for j > n/2, while shorter "
-        "waves swing faster; the frequency is 2 sin(pi j/2n)",
+        "sin(pi j/n) is a misprint of the paper: it decreases for j > n/2, but shorter waves "
+        "vibrate faster; the frequency is 2 sin(pi j/2n)",
     )
     yield (
         2.0 * np.sin(np.pi * j / _N),
-        "this is a ring, which a whole wave must fit; a free chain takes half waves: pi j/2n",
+        "these are the frequencies of a ring, which holds whole waves; a free chain "
+        "also holds half waves: pi j/2n",
     )
     yield (
         2.0 * np.sin(np.pi * (j + 1) / (2 * _N + 2)),
-        "this is a chain held at both ends; a free one has a mode without frequency",
+        "this is a chain held at both ends; the first mode of a free chain has the frequency 0",
+    )
+    yield (
+        2.0 * np.sin(np.pi * (j + 1) / (2 * _N)),
+        "these are the modes j = 1 to 10; the question asks for j = 0 to 9",
     )
     yield omega**2, "the square root is forgotten: this is omega^2 = 2 - 2 cos(pi j/n)"
     yield (
         np.pi * j / _N,
-        "this is sound in a continuous rod, right for long waves only: j much less than n",
+        "this is sound in a continuous rod; it is right only for long waves, j much less than n",
     )
     yield (
         omega / (2.0 * np.pi),
-        "these are cycles per unit of time; omega counts radians, 2 pi times as many",
+        "these are cycles per unit of time; omega is in radians per unit of time, "
+        "2 pi times as many",
     )
 
 
@@ -44,13 +50,16 @@ def _exercise_2() -> Answers:
     period = 2.0 * np.pi / slowest
     yield period, RIGHT
     yield 2.0 * np.pi / period, "this is the frequency omega; the period is 2 pi/omega"
-    yield period / 2.0, "half of it: sound has to go there and back"
+    yield (
+        period / 2.0,
+        "this is the time of sound to the far end; the period also holds the way back",
+    )
     yield (
         2.0 * 99.0,
-        "this is 2(n - 1), the bonds there and back; the standing wave also needs half a bond at "
-        "either end: 2n",
+        "this is 2(n - 1), the bonds to the far end and back; the standing wave also needs half a "
+        "bond beyond each end: 2n",
     )
-    yield period / (2.0 * np.pi), "1/omega is the time for one radian; a period has 2 pi of them"
+    yield period / (2.0 * np.pi), "1/omega is the time of one radian; a period has 2 pi radians"
     yield 2.0 * np.pi / fastest, "this is the fastest vibration, j = n - 1; the slowest is j = 1"
 
 
@@ -65,11 +74,11 @@ def _exercise_3() -> Answers:
     yield float(energies[1:50].sum() / energies[1:].sum()), "this is the lower half"
     yield (
         float(energies[:50].sum() / energies.sum()),
-        "this is the lower half, and counts the flight as well",
+        "this is the lower half, and it includes the flight, mode 0",
     )
     yield (
         float(np.mean(energies[50:]) / np.mean(energies[1:])),
-        "this compares means; asked are sums",
+        "this is a ratio of means; the question asks for a ratio of sums",
     )
 
 
@@ -82,17 +91,19 @@ def _exercise_3() -> Answers:
 )
 def _exercise_4(j: int, n: int) -> Answers:
     i, unit = np.arange(1, n + 1), np.sqrt(2.0 / n)
-    ends = "the ends are free halfway before the first and after the last particle: i - 1/2"
+    ends = (
+        "a crest lies half a bond before particle 1: the cosine needs i - 1/2, with i from 1 to n"
+    )
     shape = np.cos(np.pi * j * (i - 0.5) / n)
     yield unit * shape, RIGHT
-    yield shape, "the pattern is right, but its squares sum to n/2: divide by the root of that"
+    yield shape, "the pattern is right, but its squares sum to n/2: divide it by sqrt(n/2)"
     yield (
         unit * np.sin(np.pi * j * (i - 0.5) / n),
-        "a sine is zero at the end of the chain, as if held there; a free end swings most",
+        "a sine vanishes at the end of the chain, as if held there; a free end moves most",
     )
     yield unit * np.cos(np.pi * j * (i - 1) / n), ends
     yield unit * np.cos(np.pi * j * i / n), ends
     yield (
         unit * np.cos(2 * np.pi * j * (i - 0.5) / n),
-        "this fits whole waves into the chain, as into a ring; half waves fit as well",
+        "these are whole waves, as in a ring; a free chain also holds half waves",
     )

@@ -21,14 +21,21 @@ def _v_star(bond: Potential) -> float:
 def _exercise_1() -> Answers:
     v_star, other = _v_star(Toda(5.0)), _v_star(Toda())
     yield v_star, RIGHT
-    yield v_star / np.sqrt(2.0), "a factor: the kinetic energy is v^2/2, so v* = sqrt(2 U)"
-    yield 0.5 * v_star**2, "this is the energy U(x*); v* is the speed that has it: sqrt(2 U)"
-    yield v_star**2, "the square root is forgotten: v*^2 = 2 U(x*)"
-    yield other, "this is b = 10"
+    yield (
+        v_star / np.sqrt(2.0),
+        "a factor is missing: the kinetic energy is v^2/2, so v* = sqrt(2 U)",
+    )
+    yield (
+        0.5 * v_star**2,
+        "this is the energy U(x*); v* is the speed with this kinetic energy: sqrt(2 U)",
+    )
+    yield v_star**2, "the square root is missing: v*^2 = 2 U(x*)"
+    yield other, "this is v* for b = 10"
+    yield _v_star(LennardJones()), "this is v* of the Lennard-Jones bond"
     yield (
         0.5 * other,
-        "the other way: the stiffness is 1 for every b, and a bond of smaller b acts as a spring "
-        "over a longer range",
+        "v* does not grow with b: the stiffness is 1 for every b, and a bond of "
+        "smaller b acts as a spring over a longer range",
     )
 
 
@@ -37,10 +44,10 @@ def _exercise_2() -> Answers:
     v_star = _v_star(LennardJones())
     yield _SPEED * v_star, RIGHT
     yield _SPEED, "this is in units of v*: multiply by v* of the bond"
-    yield _SPEED / v_star, "multiply by v*: a speed of 1 v* is the velocity v*"
+    yield _SPEED / v_star, "do not divide by v*: multiply by it"
     yield _SPEED * _v_star(Toda()), "this is the velocity of a Toda chain"
-    yield 0.5 * (_SPEED * v_star) ** 2, "this is an energy; asked is the velocity"
-    yield v_star, "this is 1 v*"
+    yield 0.5 * (_SPEED * v_star) ** 2, "this is an energy; the question asks for the velocity"
+    yield v_star, "this is the velocity at 1 v*; multiply it by 0.8"
 
 
 @exercise(
@@ -50,15 +57,18 @@ def _exercise_2() -> Answers:
 def _exercise_3() -> Answers:
     ratio = _v_star(Power(4, 300.0)) / _v_star(Power(4, 3.0))
     yield ratio, RIGHT
-    yield 1.0 / ratio, "the other way: the larger c, the sooner the bond stops being a spring"
+    yield (
+        1.0 / ratio,
+        "v* decreases: the larger c, the smaller the strain at which the bond stops being a spring",
+    )
     yield (
         100.0**-0.25,
-        "the exponent is -1/(r - 2), not -1/r: the quartic energy is compared with the "
-        "quadratic one",
+        "the exponent is -1/(r - 2), not -1/r: at v* the quartic energy equals the quadratic "
+        "energy",
     )
-    yield 0.01, "v* does not go as 1/c: the exponent is -1/(r - 2), r = 4"
+    yield 0.01, "v* is not proportional to 1/c: the exponent is -1/(r - 2) with r = 4"
     yield -0.5, "this is the exponent; the factor is 100^(-1/2)"
-    yield 1.0, "v* depends on c; only eta at a given number of v* does not"
+    yield 1.0, "v* depends on c; only eta at a given speed in units of v* does not"
 
 
 @exercise(
@@ -71,10 +81,17 @@ def _exercise_4() -> Answers:
         for speed in (0.1, 2.0)
     )
     yield [slow, fast], RIGHT
-    yield [100 * slow, 100 * fast], "these are all contacts: divide by the number of particles"
+    yield (
+        [100 * slow, 100 * fast],
+        "these are numbers of contacts: divide them by the number of particles",
+    )
     yield (
         [fast, slow],
-        "the two are exchanged: at 2 v* bonds are like hard balls, where f/n = 1",
+        "the two numbers are exchanged: at 2 v* bonds act like hard balls, with one "
+        "contact per particle",
     )
-    yield [1.0, 1.0], "1 is right for hard balls; a slow chain of springs is at the wall less often"
-    yield [slow, slow], "the number does depend on the speed: at 2 v* bonds are like hard balls"
+    yield (
+        [1.0, 1.0],
+        "1 is right for hard balls; a slow chain of springs touches the wall less often",
+    )
+    yield [slow, slow], "the number depends on the speed: at 2 v* bonds act like hard balls"

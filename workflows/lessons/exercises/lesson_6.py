@@ -10,7 +10,7 @@ from chaincor.workflows.lessons.exercise import RIGHT, exercise
 from chaincor.workflows.lessons.exercises import by_reference
 from chaincor.workflows.lessons.judging import Answers
 
-_HALF = "half of the forces are missing: each bond acts on the particles at both its ends"
+_HALF = "half of the forces are missing: each bond acts on the particles at both ends"
 
 
 def _contacts() -> tuple[Array, int, float]:
@@ -31,14 +31,14 @@ def _exercise_1(u: Array) -> Answers:
     yield left + right, RIGHT
     yield (
         -left - right,
-        "the sign of the force: a compressed bond pushes its left particle to the left",
+        "the sign of the force is wrong: a compressed bond pushes its left particle to the left",
     )
-    yield np.roll(around, 1) - around, "the first particle is joined to the last: this is a ring"
+    yield np.roll(around, 1) - around, "this is a ring: the first particle is joined to the last"
     yield left, _HALF
     yield right, _HALF
     yield (
         np.append(-np.diff(-u), 0.0) + np.append(0.0, np.diff(-u)),
-        "these are springs; take the force of the bond",
+        "this is the force of springs; take the force of the lj bond",
     )
 
 
@@ -52,14 +52,18 @@ def _exercise_2(speeds: Array, n: int, v0: float) -> Answers:
     yield restitution(np.full(n, v0 * given - v0), v0), RIGHT
     yield (
         (0.5 * given - 1.0) ** 2,
-        "a contact turns v into -v, and so gives the momentum 2 v, not v",
+        "a contact changes v into -v, so it gives the momentum 2 v, not v",
     )
-    yield given**2, "this is all that the wall gave; the chain came with -n v0 of its own"
-    yield given - 1.0, "this is e, the ratio of speeds; eta is its square"
-    yield (given + 1.0) ** 2, "the sign: the chain comes with -v0"
+    yield (
+        given**2,
+        "this squares the momentum that the wall gave; add the initial momentum -n v0 "
+        "before you square",
+    )
+    yield given - 1.0, "this is e, the ratio of speeds; eta = e^2"
+    yield (given + 1.0) ** 2, "the sign is wrong: the chain comes with the velocity -v0"
     yield (
         np.sum(speeds**2) / (n * v0**2),
-        "the wall gives momentum and no energy: add momenta, and square at the end",
+        "the wall gives momentum, but no energy: add the momenta, then square the sum",
     )
 
 
@@ -69,8 +73,11 @@ def _exercise_2(speeds: Array, n: int, v0: float) -> Answers:
 def _exercise_3() -> Answers:
     gain = 2.0 ** COMPOSITIONS["order8"].order
     yield gain, RIGHT
-    yield 8.0, "8 is the exponent: 2^8"
-    yield 16.0, "the order is an exponent: 2^8, not 2 x 8"
-    yield 64.0, "the other way round: 2^8, not 8^2"
-    yield 1.0 / gain, "this is the error itself; asked is how many times less"
-    yield 4.0, "that would be order 2, as Verlet has"
+    yield 8.0, "8 is the exponent: the factor is 2^8"
+    yield 16.0, "the order is an exponent: the factor is 2^8, not 2 x 8"
+    yield 64.0, "base and exponent are exchanged: the factor is 2^8, not 8^2"
+    yield (
+        1.0 / gain,
+        "this is the ratio of the errors; the question asks how many times smaller the error gets",
+    )
+    yield 4.0, "this is a method of order 2, such as Verlet"

@@ -23,19 +23,19 @@ def _cost(particles: int) -> float:
     return particles * chain.last_contact_time
 
 
-@exercise("two numbers: how many collisions are computed, and how many are in the store then")
+@exercise("two numbers: how many collisions are computed, and how many the store then holds")
 def _exercise_1() -> Answers:
     new = len(_LENGTHS) * _SPEEDS.size
     old = 2 * new
     yield [new, old + new], RIGHT
-    yield [old + new, old + new], "what is in the store is not computed again"
-    yield [new, new], "the collisions that were there stay in the store"
-    yield [new, old], "the new ones go into the same store"
+    yield [old + new, old + new], "collisions in the store are not computed again"
+    yield [new, new], "earlier collisions stay in the store"
+    yield [new, old], "the new collisions go into the same store"
     yield (
         [_SPEEDS.size, old + _SPEEDS.size],
-        "axes are crossed: a new potential meets each length, not one",
+        "axes are combined: the new potential is computed with each length, not with one",
     )
-    yield [1, old + 1], "one value of an axis is many collisions"
+    yield [1, old + 1], "each value of an axis adds many collisions"
 
 
 @exercise(
@@ -46,13 +46,13 @@ def _exercise_2() -> Answers:
     fine = np.round(np.arange(0.8, 1.21, 0.02), 2)
     etas = _etas("lj", 40, fine)
     yield fine[np.argmin(etas)], RIGHT
-    yield etas.min(), "this is eta at the minimum; asked is the speed"
+    yield etas.min(), "this is eta at the minimum; the question asks for the speed"
     yield (
         _SPEEDS[np.argmin(_etas("lj", 40, _SPEEDS))],
-        "this is the nearest point of the coarse sweep; refine it there",
+        "this is a point of the coarse sweep; refine the sweep near it",
     )
-    yield 0.8, "eta of longer chains, n = 100 and more, is least here"
-    yield 2.0, "the end of the axis: look for the least eta, not the largest"
+    yield 0.8, "this is right for longer chains, n = 100 and more"
+    yield 2.0, "this is the end of the axis; look for the smallest eta"
 
 
 @exercise(
@@ -64,12 +64,12 @@ def _exercise_3() -> Answers:
     yield _cost(80) / _cost(40), RIGHT
     yield (
         2.0,
-        "twice the particles, but the collision lasts twice as long as well: sound has "
-        "twice as far to go",
+        "there are twice the particles, but the collision also lasts twice as long: sound "
+        "travels twice as far",
     )
-    yield 8.0, "twice the particles and twice the time: two factors, not three"
-    yield 1.0, "each particle has a force of its own to be computed"
-    yield 16.0, "bonds join neighbours only: a chain has n - 1 of them, not n^2"
+    yield 8.0, "two factors multiply, not three: twice the particles and twice the time"
+    yield 1.0, "the time grows with the number of forces and with the number of steps"
+    yield 16.0, "bonds join neighbours only: a chain has n - 1 bonds, not n^2"
 
 
 @exercise(
@@ -79,6 +79,16 @@ def _exercise_3() -> Answers:
 def _exercise_4() -> Answers:
     differences = np.array([_etas("lj", n, _SPEEDS) - _etas("toda", n, _SPEEDS) for n in _LENGTHS])
     yield np.abs(differences).max(), RIGHT
-    yield differences.min(), "this is the least with its sign; asked is the largest without"
-    yield np.abs(differences).mean(), "this is the mean; asked is the largest"
-    yield np.abs(differences[-1]).max(), "this is for 40 particles only; there are three lengths"
+    yield (
+        differences.min(),
+        "this is the smallest difference with its sign; the question asks for the "
+        "largest without sign",
+    )
+    yield (
+        np.abs(differences).mean(),
+        "this is the mean; the question asks for the largest difference",
+    )
+    yield (
+        np.abs(differences[-1]).max(),
+        "this is for 40 particles only; the sweep has three lengths",
+    )

@@ -8,8 +8,8 @@ from chaincor.workflows.lessons.exercise import RIGHT, exercise
 from chaincor.workflows.lessons.exercises import by_reference
 from chaincor.workflows.lessons.judging import Answers
 
-_LOGS = "one axis is in log and the other in log10: use one of them for both"
-_TURNED = "each velocity has to be turned round, and only the first ball meets the wall"
+_LOGS = "one axis is in log and the other in log10: use the same logarithm for both"
+_TURNED = "the velocity of each ball must be reversed, and only the first ball hits the wall"
 _PLACE, _DISPLACEMENT = 99.0, 1e-9
 
 
@@ -27,15 +27,15 @@ def _exercise_1() -> Answers:
     lost = np.array([1.0 - chain.restitution for chain in chains])
     exponent = _slope(np.log(lengths), np.log(lost))
     yield exponent, RIGHT
-    yield -exponent, "the sign: longer chains lose less, so the exponent is negative"
-    yield -2.0 / 3.0, "-2/3 is the law of long chains on average; fit what these five give"
+    yield -exponent, "the sign is wrong: longer chains lose less, so the exponent is negative"
+    yield -2.0 / 3.0, "-2/3 is the mean law of long chains; fit these five lengths"
     yield (
         _slope(np.log(lost), np.log(lengths)),
         "the axes are exchanged: fit ln(1 - eta) against ln n",
     )
     yield (
         _slope(np.log(lengths), np.log(1.0 - lost)),
-        "this fits eta, which tends to 1; the power law is of what is lost, 1 - eta",
+        "this fits eta, which tends to 1; the power law holds for the loss, 1 - eta",
     )
     yield _slope(np.log10(lengths), np.log(lost)), _LOGS
     yield _slope(np.log(lengths), np.log10(lost)), _LOGS
@@ -55,12 +55,16 @@ def _exercise_2() -> Answers:
     yield faster / slower, RIGHT
     yield (
         1e4,
-        "it shrinks with the speed, not with its square: the first term beyond the spring "
-        "is cubic, and lj bonds have it",
+        "the difference is proportional to the speed, not to its square: the lj energy has a "
+        "cubic term",
     )
-    yield 10.0, "that would be the square root of the speed"
-    yield 1.0, "it does shrink: the slower the chain, the more it is one of springs"
-    yield 2.0, "this is the number of decades; asked is the factor"
+    yield (
+        10.0,
+        "this would be right if the difference were proportional to the square root of the speed",
+    )
+    yield 1.0, "the difference shrinks: bonds of a slower chain act more like springs"
+    yield slower / faster, "this is the reciprocal: the question asks how many times smaller"
+    yield 2.0, "this is the number of decades; the question asks for the factor"
 
 
 @exercise(
@@ -72,12 +76,12 @@ def _exercise_3() -> Answers:
     yield [limit.contacts, limit.events], RIGHT
     yield (
         [10, 45],
-        "these are the exchanges among the balls; the contacts with the wall come on top",
+        "45 counts the exchanges among the balls; add the contacts with the wall",
     )
     yield [10, 100], "each pair exchanges velocities once, not twice"
     yield [1, 10], _TURNED
     yield [1, 55], _TURNED
-    yield [10, 20], "count the pairs: n(n - 1)/2 of them exchange"
+    yield [10, 20], "count the pairs: each of the n(n - 1)/2 pairs exchanges velocities once"
 
 
 @exercise(
@@ -90,13 +94,13 @@ def _exercise_4() -> Answers:
     yield spacing / _DISPLACEMENT, RIGHT
     yield (
         near_one / _DISPLACEMENT,
-        "this is the distance near 1; it doubles at every power of 2, and 99 lies above 64",
+        "this is the distance near 1; it doubles at every power of 2, and 99 is above 64",
     )
-    yield near_one, "this is the distance near 1, and not yet compared with the displacement"
-    yield spacing, "this is the distance itself; divide by the displacement"
+    yield near_one, "this is the distance near 1, before division by the displacement"
+    yield spacing, "this is the distance itself; divide it by the displacement"
     yield (
         _PLACE * near_one / _DISPLACEMENT,
-        "nearly: the distance does not grow with every number but doubles at 64 and then at 128",
+        "the distance does not grow continuously: it doubles at 64 and again at 128",
     )
     yield (
         np.spacing(np.float32(_PLACE)) / _DISPLACEMENT,
