@@ -1,4 +1,4 @@
-"""Provide collisions without cost, for tests of what is done with them."""
+"""Provide artificial collisions, which take no computing time."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -22,7 +22,7 @@ def _template() -> Collision:
 
 
 class Attempt(NamedTuple):
-    """What a store is given."""
+    """Scene and row for a store."""
 
     scene: Scene
     row: Row

@@ -1,4 +1,4 @@
-"""Test that chains carried out together give the results of single runs."""
+"""Test that chains computed in one batch give the results of single runs."""
 
 from dataclasses import fields
 
@@ -12,7 +12,7 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.reference.batch import runner
 from chaincor.workflows.errors import UnfinishedCollisionError
 
-# The computing time is no part of the result.
+# Computing times may differ.
 TIMES = {"seconds", "seconds_total", "replay"}
 
 
@@ -63,7 +63,7 @@ def test_none_depends_on_who_else_is_there():
 def test_loops_that_come_back_often_change_nothing(monkeypatch):
     asked = scenes("lj", 9)
     whole = collide_together(asked)
-    # Python runs between any two steps, as it would at Ctrl-C.
+    # The compiled loops return to Python after each step, as they do at Ctrl-C.
     monkeypatch.setattr(runner, "steps_at_once", lambda _work: 1)
     for one, other in zip(whole, collide_together(asked), strict=True):
         assert differing(one, other) == []
@@ -72,7 +72,7 @@ def test_loops_that_come_back_often_change_nothing(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(("particles", "tolerance"), [(20, 1e-6), (100, 1e-5)])
 def test_chains_that_may_break_are_followed_to_the_ends_they_have_alone(particles, tolerance):
-    # Above 1.67 and 0.74 v*, no chains would start together.
+    # Above 1.67 and 0.74 v*, no chains would be computed in one batch.
     fastest = {20: 1.6, 100: 0.74}[particles]
     broken = scenes("lj", particles, tolerance, fastest=fastest)
     found = collide_together(broken)
@@ -84,7 +84,7 @@ def test_chains_that_may_break_are_followed_to_the_ends_they_have_alone(particle
 
 @pytest.mark.slow
 def test_what_does_not_come_out_is_left():
-    # Cubic bonds with a barrier: some go over it, some need finer steps.
+    # Some cubic bonds cross their barrier, and some chains need finer steps.
     speeds = np.random.default_rng(1).uniform(0.05, 0.6, 24).tolist()
     cubic = {"potential": "power", "power_order": 3, "power_c": -1.0, "particles": 12}
     common = cubic | {"engine": "reference", "tolerance": 1e-7}

@@ -1,4 +1,4 @@
-"""Test that ranges of bonds cover the time from first to last contact, for both engines."""
+"""Test in both engines that ranges of bond lengths cover the time from first to last contact."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ STEP, INTERVAL = 0.02, 0.01
 
 
 def lengths_before_contact(scene):
-    """Return bond lengths, of shape (steps, bonds), by small Verlet steps up to the wall."""
+    """Return bond lengths, of shape (steps, bonds), up to the first contact."""
     x, v, step, lengths = np.cumsum(scene.line.strains), scene.line.velocities[1:].copy(), 1e-3, []
     while x[0] > 0.0 and len(lengths) < 60_000:
         tension = -scene.bond.force(np.diff(x))
@@ -31,7 +31,8 @@ def test_compressed_chain_is_never_longer_than_at_its_first_contact():
         engine="reference",
         velocity=0.17023939917503003,
     )
-    # The bond is 0.97652 long at the first contact, which begins the collision, and then shorter.
+    # The collision begins with the first contact. Then the bond has a length of 0.97652, and later
+    # it is shorter.
     assert collide(scene).bond_max == pytest.approx(1.0 - 0.02348, abs=1e-12)
 
 
@@ -47,14 +48,14 @@ def test_warm_chain_has_the_range_of_its_frames_between_contacts(potential, seed
     frames = outcome.frames
     lengths = 1.0 + np.diff(frames.displacements, axis=1)
     during = lengths[(frames.times >= 0.0) & (frames.times <= outcome.contact_times[-1])]
-    # A bond moves by at most its largest speed, here 0.3, in the time between looks: frames, steps
-    # of 0.02, or samples.
+    # Between two frames, steps of 0.02 or samples, a bond length changes by at most the interval
+    # times its largest rate, here 0.3.
     room = 0.3 * modal.SAMPLE_INTERVAL if potential == "harmonic" else 0.3 * (STEP + INTERVAL)
     assert outcome.bond_min == pytest.approx(during.min(), abs=room)
     assert outcome.bond_max == pytest.approx(during.max(), abs=room)
     low, high = bonds_from_start(outcome)
     before = lengths_before_contact(scene)
-    # Coarse steps follow bonds to a percent of their strains, which are below 0.1.
+    # Coarse steps have errors of a percent in strains, which are below 0.1.
     assert low == pytest.approx(min(before.min(), outcome.bond_min), abs=room + 1e-3)
     assert high == pytest.approx(max(before.max(), outcome.bond_max), abs=room + 1e-3)
 
@@ -68,7 +69,7 @@ def test_range_up_to_a_contact_ends_there():
     assert whole == (outcome.bond_min, outcome.bond_max)
     # At the first contact no bond of a cold chain has moved.
     assert bonds_to_contact(outcome, 1, float(times[0])) == (1.0, 1.0)
-    # The motion has other contacts by then.
+    # At this time, the motion has another number of contacts.
     assert bonds_to_contact(outcome, count + 1, float(times[-1])) is None
 
 
@@ -83,7 +84,8 @@ def test_late_contact_of_the_pilot_run_does_not_widen_the_range():
         velocity=0.19913051821672154,
     )
     found = collide(scene)
-    # By the reference engine, whose fragments have no late contact with its own steps.
+    # The expected values are those of the reference engine, which has no late contact at its own
+    # steps.
     assert found.contacts == 31
     assert found.bond_max == pytest.approx(1.46166, abs=found.bond_error + 1e-5)
 
@@ -103,5 +105,5 @@ def test_ranges_of_random_chains_are_within_their_errors(engine):
         judged += 1
         for name in ("bond_min", "bond_max"):
             off = abs(getattr(found, name) - getattr(right, name))
-            # Both are sampled, and strains err by as much as the restitution may.
+            # Each range is sampled, and strains have errors of up to that of restitution.
             assert off <= found.bond_error + right.bond_error + found.restitution_error, chain

@@ -1,4 +1,4 @@
-"""Test the restitution of the reference engine beside a LAMMPS result."""
+"""Test the restitution of the reference engine that is given with a LAMMPS result."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,8 @@ def test_the_reference_error_has_the_part_of_an_open_end(particles, speed):
     found = collide(Scene(**fields, engine="lammps", tolerance=1e-4))
     alone = collide(Scene(**fields, engine="reference", tolerance=1e-4))
     assert found.ending == alone.ending == "open"
-    # Both runs end with the same fragments, and the steps change them by less than a percent.
+    # The two runs end with the same fragments; different steps change their energies by less than a
+    # percent.
     assert found.reference_error == pytest.approx(alone.restitution_error, rel=0.01)
     assert found.reference_error > 100.0 * found.error_parts.step
     assert found.restitution_error >= found.error_parts.ending
@@ -39,7 +40,7 @@ def test_the_spread_of_arrays_holds_their_errors():
 
 
 def lj_file(path, shortest):
-    """Write an lj bond as a table of 200 rows up to 1.086, and return the path."""
+    """Write an lj bond as a table of 200 rows up to length 1.086, and return the path."""
     lengths = np.linspace(shortest, 1.086, 200)
     energies, forces = LJ.energy(lengths - 1.0), LJ.force(lengths - 1.0)
     rows = [
@@ -52,7 +53,8 @@ def lj_file(path, shortest):
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1.2922527573836723e-05, 1e-7])
 def test_steps_that_leave_the_data_of_a_bond_are_shortened(tmp_path, tolerance):
-    # Bonds are 0.927 to 1.0187 long. At the second tolerance the longer of two steps had 1.0888.
+    # Bond lengths are 0.927 to 1.0187. At the second tolerance, the run with the longer step had a
+    # bond of 1.0888.
     scene = Scene(
         potential="table",
         bond_file=lj_file(tmp_path / "lj.table", 0.8960789501761179),

@@ -19,9 +19,10 @@ def model():
 def test_every_cost_is_positive_and_splines_cost_more_than_springs(model):
     costs = {k: v for k, v in asdict(model).items() if k != "measured_on"}
     assert min(costs.values()) > 0.0
-    # A spring is three operations, a table a look-up and an interpolation.
+    # A harmonic bond takes three operations, a table a look-up and an interpolation.
     assert model.spline_bond > model.harmonic_bond
-    # The commands of a stage cost more than the bonds of a short chain: why blind windows pay.
+    # The commands of a stage cost more than the bonds of a short chain, so that blind windows save
+    # time.
     assert model.stage > 20 * model.spline_bond
 
 
@@ -34,5 +35,6 @@ def test_the_work_of_a_run_is_predicted(scheme, step):
     numerics = Numerics(scheme=scheme, timestep=step, bond_range=(0.92, 1.17))
     (outcome,) = lammps.run_at_steps(scene.problem, numerics, (step,))
     expected = counted.integration(scene.problem, numerics, float(outcome.contact_times[-1]))
-    # The flight after the last contact, 3.5 of 90, and the search for contacts cost more.
+    # The prediction leaves out the flight after the last contact, 3.5 of 90, and the search for
+    # contacts.
     assert 0.9 < outcome.force_evaluations / expected < 1.3

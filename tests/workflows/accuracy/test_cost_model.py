@@ -1,4 +1,4 @@
-"""Test which costs the cost model includes, and where it comes from."""
+"""Test which costs the cost model includes, and the sources of its values."""
 
 import json
 import math
@@ -26,7 +26,8 @@ LJ = Scene(particles=101)
 
 def test_verlet_is_charged_by_steps_bonds_and_contacts():
     numerics = Numerics(scheme="verlet", timestep=0.5)
-    # 200 steps of 1 + 100 bonds of 0.03, and 0.9 contacts a particle.
+    # The run has 200 steps with a cost of 1 and 100 bonds with a cost of 0.03, and 0.9 contacts per
+    # particle.
     assert MODEL.integration(LJ.problem, numerics, 100.0) == pytest.approx(
         200 * 4.0 + 0.9 * 101 * 20.0
     )
@@ -43,7 +44,7 @@ def test_verlet_is_charged_by_steps_bonds_and_contacts():
 def test_a_free_target_is_charged_as_well():
     numerics = Numerics(scheme="verlet", timestep=0.5)
     one, other = (LJ.replace(particles=n, target_particles=102 - n) for n in (1, 101))
-    # 100 bonds in either, and about one contact; and a look before each step.
+    # Each scene has 100 bonds and about one contact, and the wall is checked before each step.
     for scene in (one, other):
         expected = pytest.approx(200 * (4.0 + 8.0 * 5.0) + 0.9 * 20.0)
         assert MODEL.integration(scene.problem, numerics, 100.0) == expected
@@ -94,7 +95,7 @@ def test_no_file_is_nothing_to_speak_of(user_file, capsys):
 def test_no_number_depends_on_the_cost_model(user_file, tolerance):
     scene = Scene(potential="lj", particles=10, speed=0.4)
     expected = collide(scene, tolerance=tolerance)
-    # Whatever costs nothing in one of these costs the earth in the other: more than is allowed.
+    # The cost that is negligible in one of these models exceeds the allowed time in the other.
     for dear in ("stage", "step"):
         module.cost_model.cache_clear()
         replace(MODEL, **{"stage": 1e-9, "step": 1e-9, dear: 1e3}).save(user_file)

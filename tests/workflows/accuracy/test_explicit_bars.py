@@ -1,4 +1,4 @@
-"""Test that error bars of explicit numerics hold for both walls and every scheme."""
+"""Test that error bars of explicit numerics are valid for both walls and every scheme."""
 
 import pytest
 
@@ -15,8 +15,9 @@ def exact(scene):
     return collide(scene.replace(engine="reference"), tolerance=1e-11)
 
 
-# LAMMPS's Verlet errs by c h^2 in harmonic chains with a small c, and by as much again by contacts
-# that graze the wall: at these lengths the difference to one run at h/2 alone is far too small.
+# LAMMPS's Verlet has an error of c h^2 in harmonic chains, with a small c. Contacts that graze the
+# wall add an error of this size. At these lengths, the difference to a single run at h/2 is far too
+# small.
 @pytest.mark.parametrize("particles", [pytest.param(42, marks=pytest.mark.slow), 65, 80])
 def test_near_grazing_contacts_are_in_the_bar_of_the_event_wall(particles):
     scene = Scene(potential="harmonic", particles=particles)
@@ -24,7 +25,7 @@ def test_near_grazing_contacts_are_in_the_bar_of_the_event_wall(particles):
     result = collide(scene.replace(scheme="verlet", timestep=0.005))
     error = abs(result.restitution - reference_value.restitution)
     assert error <= result.restitution_error + reference_value.restitution_error
-    # The error bar is not too wide either: the error is c h^2 with c below 1.
+    # The error bar is not too wide, because the error is c h^2 with c below 1.
     assert result.restitution_error <= 0.005**2
 
 
@@ -37,14 +38,16 @@ def test_the_bar_of_the_stock_wall_holds(timestep):
     )
     error = abs(result.restitution - reference_value.restitution)
     assert error <= result.restitution_error + reference_value.restitution_error
-    # Each of up to n contacts errs by up to 2 a h/(n v0), with a below v0: 2 h in all, if they all
-    # conspired, and the share that runs apart by as much are counted with.
+    # Each of up to n contacts has an error of up to 2 a h/(n v0), with a below v0. If all errors
+    # have the same sign, their sum is 2 h. The error bar multiplies the difference between runs by
+    # PROOF_SHARE.
     assert result.restitution_error <= 2.0 * PROOF_SHARE["reflect"] * timestep
 
 
 @pytest.mark.slow
 def test_the_bar_of_the_stock_wall_of_the_readme_holds():
-    # At this phase, the difference to half the step is small by chance. Three times it is 5.9e-6.
+    # At this phase, the difference to the run at half the step is small by chance: three times the
+    # difference is 5.9e-6.
     eta = 0.77079983
     result = collide(Scene(wall="reflect", scheme="verlet", timestep=0.01, table="linear"))
     assert abs(result.restitution - eta) <= result.restitution_error
@@ -57,5 +60,6 @@ def test_extrapolated_steps_in_lammps_have_a_bar():
     bar = error_bar(outcome, 1e-12)
     reference_value = modal.run(scene.problem).eta
     assert abs(outcome.eta - reference_value) <= bar.total
-    # The mixture amplifies rounding: 10 eps/v0 = 2e-10 times 6, by some tens at most.
+    # Extrapolation amplifies rounding, 10 eps/v0 = 2e-10, by 6, and the collision by some tens at
+    # most.
     assert bar.total <= 1e-7

@@ -15,17 +15,17 @@ from chaincor.workflows.engines.reference import stepping
 
 
 def truths(scene: Scene, *steps: float) -> list[float]:
-    """Return eta at steps that are far below what the tolerances here choose."""
+    """Return eta at steps that are far below those chosen for the tolerances here."""
     return [run_reference(scene.problem, "order8", step).eta for step in steps]
 
 
 def nudged(scene: Scene, ulps: float) -> Scene:
-    """Return the scene at a speed so many units in the last place away."""
+    """Return the scene at a speed that differs by some units in the last place."""
     return scene.replace(speed=None, velocity=(1.0 + ulps * 2.0**-52) * scene.impact_velocity)
 
 
-# Where a step and those at about twice it agree by chance, the order of the scheme makes too small
-# a bar of their difference: by 3.5, 4 and, in the last one, 11 times. Of the third it was missed.
+# If runs at a step and at about twice this step agree by chance, an error bar from their difference
+# and the order is too small. In these scenes, it was too small by factors of 3.5 to 11.
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("potential", "particles", "speed", "tolerance"),
@@ -47,10 +47,10 @@ def test_runs_that_agree_by_chance_are_not_believed(potential, particles, speed,
 @pytest.mark.slow
 def test_what_roundings_make_of_a_long_chain_is_in_every_bar():
     """
-    A log chain whose contacts come and go with the last digit of its speed.
+    Use a log chain whose number of contacts depends on the last digit of its speed.
 
-    Some steps do not show it: their two nudges agree to 3e-9 where others differ by 1e-4. Bars must
-    hold what runs that differ in nothing but roundings give.
+    Some steps do not show this: two runs at nudged speeds agree to 3e-9, while others differ by
+    1e-4. Error bars must cover all runs that differ only in rounding.
     """
     scene = Scene(potential="log", particles=1816, speed=0.8251127281950257, engine="reference")
     found = collide(scene, tolerance=2e-6)
@@ -61,7 +61,7 @@ def test_what_roundings_make_of_a_long_chain_is_in_every_bar():
 
 
 def made_up(problem, step, eta, contacts, missed):
-    """Return an outcome as a run at some step would have it, with an open end."""
+    """Return an artificial outcome of a run at some step, with an open end."""
     short = Scene(potential="lj", particles=5, engine="reference")
     run = stepping.run(short.problem, Numerics(scheme="order8", timestep=0.1))
     return replace(
@@ -76,8 +76,9 @@ def made_up(problem, step, eta, contacts, missed):
 
 
 def test_an_open_end_does_not_hide_steps_that_are_too_long(monkeypatch):
-    # As of lj, 3099 particles at 0.945 v*: until steps are fine enough, contacts come and go, and
-    # two runs that both are off by 1.2e-3 agree to 1.7e-4, less than what the open end leaves.
+    # These outcomes are like those of 3099 lj particles at 0.945 v*. Coarse steps have other
+    # numbers of contacts. Two runs with errors of 1.2e-3 agree to 1.7e-4, which is less than the
+    # uncertainty from the open end.
     scene = Scene(potential="lj", particles=3099, speed=0.945, engine="reference")
     missed = 6e-4 * scene.particles * scene.impact_velocity / (2.0 * 0.7168**0.5)
 
@@ -97,9 +98,10 @@ def test_an_open_end_does_not_hide_steps_that_are_too_long(monkeypatch):
 @pytest.mark.slow
 def test_a_chain_whose_contacts_hinge_on_the_last_digit_is_reported_soon():
     """
-    An lj chain of 4500, which any rounding changes, at every step.
+    Use an lj chain of 4500 particles, whose result depends on rounding at every step.
 
-    A few steps and a nudge say so; what other schemes and steps make of it is in the bar.
+    Runs at a few steps and a nudged speed suffice to report this. The error bar covers the results
+    of other schemes and steps.
     """
     scene = Scene(potential="lj", particles=4500, speed=0.4, engine="reference")
     found = collide(scene, tolerance=1e-6)
@@ -113,8 +115,8 @@ def test_a_chain_whose_contacts_hinge_on_the_last_digit_is_reported_soon():
     assert found.restitution_error < 0.1
 
 
-# Bonds, particles, speed, where the heavy particle is and its mass, tolerance; eta by an
-# integrator that shares no code, at two tolerances that agree in all digits shown.
+# Entries: bonds, particles, speed, position and mass of the heavy particle, tolerance. TRUE has eta
+# from an integrator that shares no code; at two tolerances, it gave all these digits.
 HEAVY = [
     ({"potential": "power", "power_order": 6, "power_c": 5.0}, 40, 0.67996, 14, 6.844, 1e-3),
     ({"potential": "power", "power_order": 6, "power_c": 5.0}, 25, 0.38972, 4, 15.612, 1e-2),
@@ -135,16 +137,17 @@ def test_runs_with_a_heavy_particle_that_agree_by_chance_are_not_believed(scene,
     )
     found = collide(asked, tolerance=tolerance)
     assert found.tolerance_met
-    # Half a unit of the last digit shown.
+    # The known eta is rounded by half a unit of its last digit.
     assert abs(found.restitution - true) <= found.restitution_error + 5e-7
 
 
 @pytest.mark.slow
 def test_the_rounding_of_long_steps_is_reported():
-    # At H = 0.126 nudging the speed changes eta by 2e-3, at 0.063 by 4e-9 or by 4e-3: the last
-    # digit of the speed decides. Of five speeds 1e-9 apart the tolerance is met for two or none.
+    # The last digit of the speed decides the result: nudging the speed changes eta by 2e-3 at H =
+    # 0.126, and by 4e-9 or 4e-3 at H = 0.063. Of five speeds 1e-9 apart, two or none reach the
+    # tolerance.
     scene = Scene(potential="lj", particles=4000, speed=0.4, engine="reference")
     found = collide(scene, tolerance=1e-6)
     assert found.tolerance_met or "rounding" in str(found.reason)
-    # By order 8 at 0.06 and less, 0.7773699 within 4e-8.
+    # Order 8 at steps of up to 0.06 gives 0.7773699 within 4e-8.
     assert abs(found.restitution - 0.7773699) <= found.restitution_error + 1e-7

@@ -1,4 +1,4 @@
-"""Test bonds of unknown smoothness: error bars hold, and other cases are refused."""
+"""Test that error bars are valid for bonds of unknown smoothness, or that scenes are refused."""
 
 import math
 
@@ -19,8 +19,8 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import BondRangeError, CrossingError
 from tests.judge.kinks import judge
 
-# Steps of order 8 that end at the wall and at the kink gave these values, and the two largest steps
-# agree to 1e-12.
+# These values come from steps of order 8 that end at the wall and at the kink. Results at the two
+# largest steps agree to 1e-12.
 SLACK_AT_0_1 = {5: 0.9024074802364, 10: 0.9347139830169, 20: 0.9598717615637}
 
 
@@ -37,7 +37,7 @@ SLACK = slack(kinks=(0.0,))
 
 @pytest.mark.slow
 def test_the_judge_agrees_with_itself():
-    # Its two largest steps differ by rounding, and so does the value that the tests rest on.
+    # The results at the two largest steps, and the stored value, differ only by rounding.
     eta, error = judge(bent_force, Bend(0.0, 0.0), 0.0, 10, 0.1)
     assert error < 1e-11
     assert eta == pytest.approx(SLACK_AT_0_1[10], abs=1e-11)
@@ -59,7 +59,8 @@ def test_bars_hold_without_tension(engine, particles):
 @pytest.mark.slow  # This compiles a loop.
 @pytest.mark.parametrize("particles", [5, 10])
 def test_rounding_of_many_small_steps_is_in_the_bar(particles):
-    # At this tolerance Verlet takes millions of steps, whose rounding is more than that of eta.
+    # At this tolerance, Verlet takes millions of steps. Their rounding error exceeds that of a
+    # single eta.
     scene = Scene(potential=SLACK, particles=particles, velocity=0.1, engine="reference")
     result = collide(scene, tolerance=1e-11)
     assert result.scheme == "verlet"
@@ -70,8 +71,8 @@ def test_rounding_of_many_small_steps_is_in_the_bar(particles):
 
 @pytest.mark.slow
 def test_a_late_contact_without_tension_is_found():
-    # Without a binding force, a slow particle reaches the wall arbitrarily late: the 35th contact
-    # comes 130 after the 34th. The value is the judge's, with an error of 3e-15.
+    # Without a binding force, a slow particle may reach the wall arbitrarily late: the 35th contact
+    # comes 130 time units after the 34th. The judge gave this eta, with an error of 3e-15.
     scene = Scene(potential=SLACK, particles=39, velocity=0.042123547374017994, engine="reference")
     result = collide(scene, tolerance=1e-5)
     assert result.contacts == 35
@@ -157,8 +158,8 @@ def test_loops_of_users_bonds_do_not_pile_up():
 
 
 def test_the_certificate_looks_at_kinks(tmp_path):
-    # A spline rings at a kink by 0.08 of the jump of stiffness times the row's width, within two
-    # rows: among 20001 rows, 4001 lengths may miss that.
+    # Within two rows of a kink, a spline has an error of 0.08 times the jump of the stiffness times
+    # the spacing. With 20001 rows, a sample of 4001 lengths may miss this error.
     bond = SLACK
     scene = Scene(potential=bond, particles=3, velocity=0.1)
     errors = {}

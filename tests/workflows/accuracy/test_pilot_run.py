@@ -1,4 +1,4 @@
-"""Test when a pilot run is made, and when LAMMPS reports by itself what it cannot follow."""
+"""Test when a pilot run is made, and when LAMMPS itself reports a motion that it cannot follow."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ def test_scouted_bonds_are_those_of_the_collision():
     found = usual_pilot_run(scene.problem)
     exact = collide(Scene(particles=10, speed=0.4, engine="reference", tolerance=1e-8))
     assert found.end.contacts == exact.contacts
-    # Seen at the ends of steps: a share of the strain is missed, at most a tenth.
+    # Bond lengths are sampled at the ends of steps, which miss at most a tenth of the strain.
     printed = found.to_dict()
     assert printed["bond_min"] - 1.0 == pytest.approx(exact.bond_min - 1.0, rel=0.1)
     assert printed["bond_max"] - 1.0 == pytest.approx(exact.bond_max - 1.0, rel=0.1)
@@ -38,7 +38,8 @@ def test_a_table_of_scouted_bonds_is_not_outgrown(particles, speed, dumped, tmp_
 
 @pytest.mark.parametrize("velocity", [4.0, 10.0, 1e10])
 def test_bonds_too_sharp_for_any_step_are_not_scouted(velocity):
-    # A log bond at 4 v* is compressed to 1e-7: steps that follow it would take hours.
+    # A log bond at 4 v* is compressed to a length of 1e-7. Steps that resolve this would take
+    # hours.
     scene = Scene(potential="log", particles=2, velocity=velocity, timestep=0.01)
     assert usual_pilot_run(scene.problem) is None
 

@@ -29,7 +29,8 @@ def test_the_first_solver_that_supports_a_scene_is_taken(fields, solver):
     scene = Scene(engine="reference", **fields)
     planned = plan(scene)
     assert planned.solver.name == solver
-    # Each solver that is preferred says in one line why it does not support the scene.
+    # Each solver of higher preference gives in one line the reason why it does not support the
+    # scene.
     for preferred in SOLVERS[: SOLVERS.index(planned.solver)]:
         reason = preferred.refusal(scene.problem)
         assert reason
@@ -49,7 +50,7 @@ def test_a_scene_that_no_solver_supports_is_refused_with_the_reason():
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
 @pytest.mark.parametrize("fields", [{"particles": 10}, {"potential": "toda", "particles": 7}])
 def test_the_reference_engine_runs_what_is_planned(fields, tolerance):
-    # Scenes that the first step meets.
+    # In these scenes, the first step reaches the tolerance.
     scene = Scene(engine="reference", tolerance=tolerance, speed=0.3, **fields)
     planned, result = plan(scene), collide(scene)
     assert (result.scheme, result.timestep) == (planned.scheme, planned.numerics.timestep)
@@ -61,8 +62,8 @@ def test_lammps_runs_the_scheme_that_is_planned():
     scene = Scene(particles=6, speed=0.3, tolerance=1e-6)
     planned, result = plan(scene), collide(scene)
     assert result.scheme == planned.scheme
-    # The reference run finds the step: errors scatter by a factor of 20 or so, and of order 4 or
-    # more that is a factor of two in the step.
+    # The reference run determines the step. Errors scatter by a factor of about 20, which for order
+    # 4 or more is a factor of two in the step.
     assert 0.3 < result.timestep / planned.numerics.timestep < 3.0
 
 

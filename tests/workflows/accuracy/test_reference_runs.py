@@ -1,4 +1,4 @@
-"""Test the best of several runs of a collision, and its error."""
+"""Test the choice of the best of several runs, and its error."""
 
 import math
 from dataclasses import replace
@@ -11,7 +11,7 @@ from chaincor.workflows.accuracy.reference_runs import refined, run_reference
 from chaincor.workflows.accuracy.refining import Attempt, has_stalled
 
 SCENE = Scene(particles=3, speed=0.4)
-# Of five steps, the first is far off, so the last four or three count.
+# The result at the first of five steps is far off, so that only the last four or three are used.
 FOUND = (0.9, 0.701, 0.7002, 0.7, 0.7)
 STUCK = (1e-3, 2e-6, 2e-6, 1e-6, 2e-6)
 

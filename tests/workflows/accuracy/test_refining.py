@@ -18,7 +18,7 @@ from chaincor.workflows.errors import BarrierError, CostError, TimestepError
 
 
 def trying(*outcomes, enough=0.0):
-    """Return an attempt whose errors, or refusals, are these in turn; each step is halved."""
+    """Return a function for attempts that gives these errors, or refusals, one after another."""
     left = list(outcomes)
 
     def attempt(step):

@@ -1,4 +1,4 @@
-"""Test that a tolerance is met by an honest error bar at low cost."""
+"""Test that a tolerance is reached with a valid error bar at low cost."""
 
 import math
 from dataclasses import replace
@@ -51,8 +51,8 @@ def test_reference_values_by_lammps(case, tolerance):
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["lammps", "reference"])
 def test_error_bars_of_random_scenes_are_honest(engine):
-    # Of 300 scenes, at least 99 % must have a valid error bar (python -m benchmarks.bars.honest),
-    # so all of these few must.
+    # At least 99 % of 300 scenes have a valid error bar (python -m benchmarks.bars.honest). All of
+    # the few scenes here must have one.
     random = np.random.default_rng(7)
     trials = [try_scene(random_scene(random, engine)) for _ in range(12)]
     answered = [t for t in trials if t.reported is not None]
@@ -68,10 +68,11 @@ def test_a_looser_tolerance_costs_less(engine):
     for tolerance in (1e-3, 1e-6, 1e-9):
         result = collide(scene, tolerance=tolerance)
         assert result.tolerance_met
-        # The runs must not be wasteful: one run does not serve for three orders of tolerance.
+        # No run may be far more exact than its tolerance requires.
         assert result.restitution_error > 1e-4 * tolerance
         costs.append(STEP_SCHEMES[result.scheme].evaluations / result.timestep)
-    # Force evaluations per time. Steps of high order take fewer, each with more to do besides.
+    # Costs are force evaluations per unit of time. Steps of high order need fewer evaluations but
+    # more other operations.
     loose, middle, tight = costs
     assert loose < 0.8 * min(middle, tight)
     assert middle < 1.2 * tight
@@ -90,7 +91,8 @@ def test_a_looser_tolerance_costs_less(engine):
 )
 def test_a_tighter_wish_never_widens_the_bar(fields, engine):
     scene = Scene(engine=engine, **fields)
-    # Tolerances between powers of ten and beyond rounding, which no run can meet, are also tested.
+    # Tolerances between powers of ten are also tested, and tolerances below rounding, which no run
+    # reaches.
     tolerances = [10.0 ** (-0.5 * k) for k in range(12, 29)]
     found = [collide(scene, tolerance=tolerance) for tolerance in tolerances]
     bars = np.array([result.restitution_error for result in found])
@@ -98,7 +100,7 @@ def test_a_tighter_wish_never_widens_the_bar(fields, engine):
     met = np.array([result.tolerance_met for result in found])
     assert np.all(bars[met] <= np.array(tolerances)[met])
     assert not met[-1]
-    # Each error bar holds: all etas agree with the most exact one.
+    # All results agree with the most exact result within their error bars.
     etas = np.array([result.restitution for result in found])
     assert np.all(np.abs(etas - etas[-1]) <= bars + bars[-1])
 
@@ -108,7 +110,7 @@ def test_a_tighter_wish_never_widens_the_bar(fields, engine):
     ("engine", "table"), [("lammps", "lammps_schemes"), ("reference", "reference_schemes")]
 )
 def test_the_scheme_is_that_of_the_measured_table(engine, table, tolerance):
-    # Goals are powers of ten, less a rounding that is nothing here.
+    # The tolerances are powers of ten. The factor of 0.999 makes rounding irrelevant.
     usual = next(name for name, least in measured(table).items() if 0.999 * tolerance > least)
     scene = Scene(potential="lj", particles=10, speed=0.4, engine=engine)
     assert collide(scene, tolerance=tolerance).scheme == usual
@@ -124,7 +126,7 @@ def test_looser_goals_are_tried_where_they_can_help(
 ):
     scene = Scene(potential="lj", particles=5, engine="reference")
     outcome = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.1))
-    # amplified_rounding multiplies.
+    # The solver multiplies by amplified_rounding, so that the test divides by it.
     rounding_sensitivity /= amplified_rounding("reference", 1.0, scene.problem)
     found = BoundedRun(
         outcome, ErrorBar(step=1e-10, table=0.0, rounding=rounding), rounding_sensitivity
@@ -156,7 +158,7 @@ def test_a_tolerance_below_the_rounding_of_lammps_is_refused_with_an_honest_bar(
 
 
 def test_low_speeds_have_no_floor_in_house():
-    # The harmonic limit of 20 particles; what is left of anharmonicity is of the order of v/v*.
+    # The limit is the harmonic chain of 20 particles; anharmonicity changes eta by about v/v*.
     limit = collide(Scene(potential="harmonic", particles=20, velocity=1e-13, engine="reference"))
     slow = Scene(potential="lj", particles=20, speed=1e-12, engine="reference")
     result = collide(slow, tolerance=1e-10)
@@ -166,24 +168,26 @@ def test_low_speeds_have_no_floor_in_house():
 
 @pytest.mark.slow
 def test_a_chain_that_amplifies_rounding_says_so_in_the_bar():
-    # Composed steps of order 8 and adaptive ones of Dormand and Prince, at 1e-13, agree on this.
+    # Composed steps of order 8, and adaptive steps of Dormand and Prince at 1e-13, agree on this
+    # eta.
     eta = 0.73449049389
     scene = Scene(potential="log", particles=300, speed=1.0, engine="reference")
     result = collide(scene, tolerance=1e-8)
-    assert result.error_parts.rounding > 5e-11  # 15 times what plain rounding gives
+    assert result.error_parts.rounding > 5e-11  # 15 times the rounding error without amplification
     assert abs(result.restitution - eta) <= result.restitution_error
 
 
 @pytest.mark.slow
 def test_a_chain_too_sensitive_for_any_step_says_so():
-    # Steps from 0.05 to 0.005 give anything from 0.7333 to 0.7338.
+    # Steps from 0.05 to 0.005 give scattered results between 0.7333 and 0.7338.
     scene = Scene(potential="log", particles=1000, speed=1.0, engine="reference")
     result = collide(scene)
     assert not result.tolerance_met
     assert "too sensitive" in result.reason or "amplifies rounding errors" in result.reason
     assert 1e-5 < result.restitution_error < 1e-2
     assert abs(result.restitution - 0.73355) <= result.restitution_error
-    # Three steps agree to 2e-5 by chance, but the other steps, which are no worse, do not.
+    # Results at three steps agree to 2e-5 by chance, but those at other steps, which are no worse,
+    # do not.
     assert result.error_parts.step > 1e-4
 
 
@@ -200,7 +204,7 @@ def test_masses_that_are_alike_take_the_way_of_equal_ones(part, monkeypatch):
     equal, alike = found
     assert counts == [3, 6], "a run and those at twice and 1.3 times its step"
     assert alike.outcome.scheme == equal.outcome.scheme
-    # eta and the bar depend on masses smoothly, with derivatives of order 1.
+    # eta and its error bar depend on masses smoothly, with derivatives of about 1.
     assert alike.outcome.timestep == pytest.approx(equal.outcome.timestep, rel=3.0 * part)
     assert alike.bar.total == pytest.approx(equal.bar.total, rel=30.0 * part + 1e-6)
     apart = alike.outcome.eta - equal.outcome.eta
@@ -209,17 +213,18 @@ def test_masses_that_are_alike_take_the_way_of_equal_ones(part, monkeypatch):
 
 @pytest.mark.slow
 def test_what_late_contacts_may_bring_does_not_hinge_on_which_motion_had_one():
-    """Eight motions of a chain that breaks forget how it began: which of them return is chance."""
+    """Require equal bars although chance decides which of eight motions return to the wall."""
     bars = []
     for masses in (None, (1.0,) * 59 + (1.0000000001,)):
         scene = Scene(potential="lj", particles=60, speed=1.35, engine="reference", masses=masses)
         bars.append(solve.solve_to_tolerance(plan(scene, 1e-6)).bar.total)
-    # By the energy of the piece at the wall, which the motions' own errors change by 1e-4.
+    # The error bar depends on the energy of the piece at the wall, which numerical errors change by
+    # 1e-4.
     assert bars[1] == pytest.approx(bars[0], rel=1e-3)
 
 
 def test_a_chain_that_is_thrown_back_faster_than_it_came_is_refused_by_name():
-    # The first step that is tried is so long that momenta overflow before any strain tells.
+    # The first step is so long that momenta overflow before a strain shows the crossing.
     scene = Scene(potential="toda", toda_b=1.0, particles=10, speed=100.0, engine="reference")
     with pytest.raises(CrossingError, match="two particles meet"):
         collide(scene)
@@ -227,7 +232,7 @@ def test_a_chain_that_is_thrown_back_faster_than_it_came_is_refused_by_name():
 
 @pytest.mark.parametrize(
     ("fields", "length"),
-    # Masses of 1e12 give the bond 1e12 v0^2 = 2.6e9: r^-12/72 is as much at 0.11.
+    # Masses of 1e12 give the bond an energy of 1e12 v0^2 = 2.6e9, which is r^-12/72 at r = 0.11.
     [({"compression": 0.9}, "0.1"), ({"masses": 1e12}, "0.11")],
 )
 def test_bonds_too_sharp_for_lammps_are_named_with_their_own_length(fields, length):

@@ -1,4 +1,4 @@
-"""Test what three runs prove about the error of a step, and when they prove nothing."""
+"""Test which error of a step three runs prove, and when they prove nothing."""
 
 import math
 
@@ -15,14 +15,15 @@ from chaincor.workflows.engines.reference import stepping
 
 @pytest.mark.parametrize("order", [3.0, 6.0, 8.0])
 def test_an_error_that_falls_is_bounded_by_the_near_run(order):
-    far, near = (k**order - 1.0 for k in COARSER)  # of an error of 1 at the step itself
+    # differences of coarser runs if the error at the step is 1
+    far, near = (k**order - 1.0 for k in COARSER)
     error, falls = proved_error("order8", 20.0, far, near, 0.0, True)
     assert falls
     assert error >= 1.0
 
 
 def test_an_error_that_falls_slowly_is_the_larger_difference():
-    error, falls = proved_error("order8", 20.0, 3.0, 0.69, 0.0, True)  # as of order 2
+    error, falls = proved_error("order8", 20.0, 3.0, 0.69, 0.0, True)  # differences of order 2
     assert not falls
     assert error == 3.0
 
@@ -37,8 +38,8 @@ def test_runs_that_are_one_part_of_a_step_tell_nothing():
 
 @pytest.mark.parametrize("seed", range(6))
 def test_a_collision_within_the_first_step_has_an_honest_bar(seed):
-    # One contact, with a particle that is then gone: eta is decided by the flight up to it, which
-    # lasts 0.05 to 0.3 and is one part of the step in the runs at 1, 1.3 and 2 times any step.
+    # The only contact is with a particle that then moves away. eta depends on the flight up to this
+    # contact, which lasts 0.05 to 0.3. The flight is a single shortened step in all runs.
     scene = Scene(
         potential="toda",
         particles=5,
@@ -51,7 +52,7 @@ def test_a_collision_within_the_first_step_has_an_honest_bar(seed):
     found = collide(scene, tolerance=1e-4)
     fine = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.005))
     speed = scene.line.separation(np.concatenate((fine.target_velocities, fine.velocities)))
-    # What 60 steps of order 8 err by is rounding.
+    # The error of 60 steps of order 8 is rounding.
     assert abs(found.restitution - (speed / scene.impact_velocity) ** 2) <= found.restitution_error
     assert found.restitution_error <= 1e-4
 
@@ -59,8 +60,8 @@ def test_a_collision_within_the_first_step_has_an_honest_bar(seed):
 @pytest.mark.parametrize("gap", [0.06, 0.006])
 @pytest.mark.parametrize("refine", ["regularly", "irregularly"])
 def test_a_collision_that_is_a_small_part_of_a_step_is_resolved(gap, refine, tmp_path):
-    # It lasts a fourth to a hundredth of the step that is tried first: halved, steps would seem to
-    # help no more long before they tell of their error.
+    # The collision lasts a fourth to a hundredth of the first step. Halving such steps would seem
+    # useless long before the steps resolve the collision.
     start = tmp_path / "start.csv"
     start.write_text(f"strain,velocity\n{gap},-0.5\n0.2,-0.3\n0.05,-0.1\n")
     scene = Scene(
@@ -72,7 +73,7 @@ def test_a_collision_that_is_a_small_part_of_a_step_is_resolved(gap, refine, tmp
         found = refine_irregularly(scene.problem, 1e-3, 1e-13)
     assert len(found.outcome.contact_times) == 1
     fine = stepping.run(scene.problem, Numerics(scheme="order8", timestep=gap / 60.0))
-    # What 120 steps of order 8 err by is rounding.
+    # The error of 120 steps of order 8 is rounding.
     assert abs(found.outcome.eta - fine.eta) <= found.error + 1e-13
     assert found.outcome.lasted > COARSER[0] * found.outcome.timestep
 

@@ -1,4 +1,4 @@
-"""Test that the error bar covers what rows and digits of a bond table leave open."""
+"""Test that the error bar covers the uncertainty from rows and digits of a bond table."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def tabulated(folder, rows, digits=15, noise=0.0, engine="reference"):
 def test_the_bar_holds_and_is_no_shrug(tmp_path, exact, rows, digits, noise):
     found = collide(tabulated(tmp_path, rows, digits, noise))
     off = abs(found.restitution - exact)
-    # What such rows leave open is far above the 1e-6 that the spline itself is followed to.
+    # The uncertainty from such rows is far above 1e-6, the accuracy for the spline itself.
     assert 1e-6 < off <= found.restitution_error < 0.5
     assert found.tolerance_met is False
     assert "most of it" in found.reason
@@ -62,13 +62,13 @@ def test_a_state_with_velocities_keeps_them_with_other_rows(tmp_path):
     scene = tabulated(tmp_path, 30).replace(**moving)
     exact = collide(KNOWN.replace(speed=None, **moving), tolerance=1e-9).restitution
     found = collide(scene)
-    # Thirty rows leave more open than the tolerance, so altered tables are run.
+    # The uncertainty from thirty rows exceeds the tolerance, so that altered tables are run.
     assert found.error_parts.table > 1e-7
     assert abs(found.restitution - exact) <= found.restitution_error < 0.01
 
 
 def test_many_rows_with_all_digits_leave_nothing_open(tmp_path, exact, monkeypatch):
-    # Known from the rows alone: no collision is carried out with altered ones.
+    # The rows alone show this, so that no collision is computed with altered rows.
     monkeypatch.setattr(table_rows, "_bond_of", None)
     found = collide(tabulated(tmp_path, 2000))
     assert abs(found.restitution - exact) <= found.restitution_error <= 1e-6
@@ -78,7 +78,7 @@ def test_many_rows_with_all_digits_leave_nothing_open(tmp_path, exact, monkeypat
 @pytest.mark.slow
 @pytest.mark.parametrize("first", np.linspace(0.75, 0.75 + 0.9 * 1.15 / 59, 5))
 def test_the_bar_holds_wherever_the_natural_length_lies_between_two_rows(tmp_path, first):
-    # Sixty rows: a bar of half the factor misses where length 1 is near a row.
+    # With sixty rows, an error bar with half the factor is too small if length 1 is near a row.
     known = Scene(potential="lj", particles=100, speed=0.4, engine="reference")
     lengths = first + np.linspace(0.0, 1.15, 60)
     rows = zip(lengths, known.bond.force(lengths - 1.0), strict=True)
@@ -99,14 +99,14 @@ def test_both_engines_have_the_same_bar_of_the_table(tmp_path):
         collide(tabulated(tmp_path, 30, engine=engine)).error_parts.table
         for engine in ("reference", "lammps")
     ]
-    # LAMMPS's own table adds to it, by far less than the tolerance; and each engine sees the
-    # strains at the ends of its own steps, which miss up to 1 % of the longest (``bond_error``).
+    # LAMMPS's own table adds far less than the tolerance. Each engine samples strains at the ends
+    # of its own steps, which miss up to 1 % of the largest strain (``bond_error``).
     assert parts[1] == pytest.approx(parts[0], abs=1e-6, rel=0.05)
 
 
 @pytest.mark.slow
 def test_rows_that_may_stand_for_another_chain_are_refused_or_wide(tmp_path):
-    # Half a bond per row at the core: what lies between rows is anybody's guess.
+    # Near the core, rows are so far apart that the force between them is unknown.
     scene = tabulated(tmp_path, 9)
     try:
         error = collide(scene).restitution_error

@@ -1,4 +1,4 @@
-"""Test that a collision keeps its time limit and returns what it has by then."""
+"""Test that a collision keeps its time limit and returns the best result so far."""
 
 import contextlib
 import time
@@ -14,13 +14,13 @@ from chaincor.workflows.engines.reference import adaptive
 from chaincor.workflows.engines.time_limit import check_time, limited_to, time_limit
 from chaincor.workflows.errors import CostError
 
-# Allowed time, and the longest time that a collision then takes: 1.2 times the allowed time, 5 s to
-# compile loops, and 20 s for the piece of work that was begun beside other work of the machine.
+# Allowed time, and the longest time that a collision then takes. This is 1.2 times the allowed
+# time, plus 5 s to compile loops, plus 20 s to complete a task on a busy machine.
 ALLOWED, MOST = 3.0, 1.2 * 3.0 + 5.0 + 20.0
 
 
 def sensitive(place):
-    """Return a chain that amplifies what steps err by, as its one heavy particle stands there."""
+    """Return a chain with a heavy particle at this place, which amplifies errors of the steps."""
     masses = [1.0] * 100
     masses[place] = 26.0
     return Scene(potential="log", particles=100, masses=masses, speed=1.03, tolerance=1e-3)
@@ -42,7 +42,7 @@ def test_lammps_answers_within_its_time_and_says_what_is_missed():
     # Without a limit, the collision takes minutes.
     started = time.monotonic()
     found = None
-    # A busy machine may complete no run in that time, and then says so.
+    # On a busy machine, no run may be completed in this time, which is then reported.
     with contextlib.suppress(CostError):
         found = collide(sensitive(95), most_seconds=ALLOWED)
     assert time.monotonic() - started < MOST
@@ -66,7 +66,7 @@ def test_a_collision_without_a_number_by_then_is_stopped(engine):
 
 @pytest.fixture
 def time_is_up_after(monkeypatch):
-    """Let runs of a module begin in time, but so many; returns the list of all."""
+    """Return a function that limits how many runs of a module begin in time, and lists all runs."""
 
     def limit(module, name, count):
         runs, run = [], getattr(module, name)
@@ -84,9 +84,10 @@ def time_is_up_after(monkeypatch):
 
 
 def test_past_kinks_too_what_ran_by_then_is_the_answer(time_is_up_after, monkeypatch):
-    # These are a coarse run, the first try at five steps, and the second try, which is too late.
+    # The runs are a coarse run, the first attempt at five steps, and the second attempt, which is
+    # too late.
     runs = time_is_up_after(irregular, "run_reference", 6)
-    monkeypatch.setattr(irregular, "guess_step", lambda *_: 0.1)  # too long to do at once
+    monkeypatch.setattr(irregular, "guess_step", lambda *_: 0.1)  # too long for the first attempt
     slack = UserBond(
         lambda s: 0.5 * np.minimum(s, 0.0) ** 2, lambda s: -np.minimum(s, 0.0), kinks=(0.0,)
     )
@@ -95,7 +96,7 @@ def test_past_kinks_too_what_ran_by_then_is_the_answer(time_is_up_after, monkeyp
     assert len(runs) == 7
     assert found.tolerance_met is False
     assert "finer steps would take longer than 16.7 min; allow more time" in found.reason
-    # By steps of order 8 that end at the wall and at the kink: see ``test_irregular``.
+    # ``test_irregular`` has the source of this value.
     assert abs(found.restitution - 0.9024074802364) <= found.restitution_error
 
 
@@ -103,8 +104,8 @@ def test_adaptive_steps_too_end_with_what_ran_by_then(time_is_up_after, monkeypa
     scene = Scene(potential="log", particles=3, speed=2.0, engine="reference")
     exact = collide(scene, tolerance=1e-10)
     assert exact.scheme == "adaptive8"
-    # Two of hard spheres, two that the first try is compared with, that, and the second one, which
-    # is too late.
+    # The runs are two of hard spheres, two for comparison with the first attempt, the first
+    # attempt, and the second, which is too late.
     runs = time_is_up_after(adaptive, "run", 5)
     # The result is treated as if it had not converged.
     monkeypatch.setattr(by_reference, "_ADAPTIVE_SHARES", (1e3, 1e3))

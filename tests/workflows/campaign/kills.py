@@ -1,11 +1,11 @@
 """
-Kill -9 of every part of a sweep at random moments, and what is left of it.
+Kill every part of a sweep by SIGKILL at random moments, and check its store.
 
 ``python -m tests.workflows.campaign.kills 100`` starts short sweeps again and again and kills the
 main process, a worker, the Dask scheduler, a Dask worker, the client of a Dask sweep, or all
-processes of a Dask sweep at once. After every kill the store must be sound and hold every row that
-could be read before; after a resume it must hold exactly the rows of an undisturbed local sweep, to
-the last bit of eta and of the arrays. No process of the sweep may be left.
+processes of a Dask sweep at once. After every kill, the store must be intact and contain every row
+that could be read before. After a resume, it must contain exactly the rows of an undisturbed local
+sweep, to the last bit of eta and of the arrays. No process of the sweep may remain.
 """
 
 import contextlib
@@ -24,7 +24,7 @@ from pathlib import Path
 from tests.dask_cluster import DaskProcesses, children, dask_cluster, start_quietly
 
 LOCAL_KINDS = ("main", "worker")
-# The cluster survives these kills, so that the same cluster serves the resume.
+# The cluster survives these kills and is used for the resume.
 CLUSTER_STAYS = ("dask worker", "dask client")
 CLUSTER_ENDS = ("scheduler", "machine")
 KINDS = (*LOCAL_KINDS, *CLUSTER_STAYS, *CLUSTER_ENDS)
@@ -40,7 +40,7 @@ potential = ["lj", "toda"]
 """
 _MAIN = [sys.executable, "-c", "from chaincor.workflows.cli import main; main()", "sweep"]
 _PATIENCE = 1200.0
-# Processes inherit this variable from the study, and are recognized by it whoever their parent is.
+# Processes inherit this variable from the study, which recognizes them by it.
 _MARK = "CHAINCOR_KILL_STUDY"
 
 Rows = dict[str, tuple]
@@ -50,11 +50,12 @@ Rows = dict[str, tuple]
 class Study:
     """Outcome of many kills."""
 
-    #: How many of each kind found something to kill.
+    #: Number of effective kills of each kind.
     kills: Counter = field(default_factory=Counter)
-    missed: int = 0  #: Sweeps that were over before their kill came.
-    recorded_deaths: int = 0  #: Rows that named a dead worker when the sweep went on without it.
-    #: Rows in the store when it was killed: shows that the moments are spread.
+    missed: int = 0  #: Number of sweeps that ended before their kill.
+    #: Number of rows with the failure of a dead worker in sweeps that continued.
+    recorded_deaths: int = 0
+    #: Number of rows in the store at each kill, which shows that the moments are spread.
     rows_at_kill: list[int] = field(default_factory=list)
 
 
@@ -69,12 +70,12 @@ def study_kills(
     deadline: float | None = None,
 ) -> Study:
     """
-    Kill parts of sweeps and check what is left.
+    Kill parts of sweeps and check their stores.
 
-    A sweep has six collisions for each of `points` speeds; each of `kinds` is killed equally often,
-    when the store has a number of rows that is drawn by `seed`. A Dask cluster serves one kill that
-    it survives and one that ends it. No sweep begins after the `deadline`, in seconds since the
-    epoch.
+    A sweep has six collisions for each of `points` speeds. Each of `kinds` is killed equally often,
+    when the store has a random number of rows drawn from `seed`. A Dask cluster is used for one
+    kill that it survives and one that ends it. No sweep begins after the `deadline`, in seconds
+    since the epoch.
     """
     chance, study = random.Random(seed), Study()
     sweep = folder / "sweep.toml"
@@ -94,7 +95,7 @@ def study_kills(
                 store = folder / f"{number}-{kind.replace(' ', '-')}.sqlite"
                 moment = chance.randrange(len(expected))
                 _disturb(kind, sweep, store, moment, cluster, study, chance)
-                # A sweep goes on without a lost worker, so there is nothing to resume.
+                # A sweep continues without a lost worker, so that nothing is left to resume.
                 stays = cluster is not None and kind in CLUSTER_STAYS
                 _run(sweep, store, _where(cluster if stays else None))
                 _compare(kind, read_rows(store), expected)
@@ -103,7 +104,7 @@ def study_kills(
 
 
 def _next_kinds(study: Study, kinds: tuple[str, ...], count: int) -> list[str]:
-    """Return the next of the rarest kinds: one of local sweeps, or up to two for a cluster."""
+    """Return the kinds with the fewest kills: one for a local sweep, or up to two for a cluster."""
     least = min(study.kills[kind] for kind in kinds)
     rarest = [kind for kind in kinds if study.kills[kind] == least]
     if local := [kind for kind in rarest if kind in LOCAL_KINDS]:
@@ -114,7 +115,7 @@ def _next_kinds(study: Study, kinds: tuple[str, ...], count: int) -> list[str]:
 
 @contextlib.contextmanager
 def _marked(mark: str) -> Iterator[None]:
-    """Mark the processes that begin inside the block; none of them may run after the block."""
+    """Mark the processes that begin inside the block; check that none runs after it."""
     os.environ[_MARK] = mark
     try:
         yield
@@ -138,7 +139,7 @@ def _content(path: Path) -> bytes:
 
 
 def _where(cluster: DaskProcesses | None) -> list[str]:
-    """Return the options that say where a sweep runs."""
+    """Return the options that choose where a sweep runs."""
     return ["--workers", "2"] if cluster is None else ["--scheduler", cluster.address]
 
 
@@ -196,15 +197,16 @@ def _number_of_rows(store: Path) -> int:
     with contextlib.closing(sqlite3.connect(store, timeout=30.0)) as connection:
         try:
             return connection.execute("SELECT count(*) FROM collisions").fetchone()[0]
-        except sqlite3.OperationalError:  # the tables are not there yet
+        except sqlite3.OperationalError:  # the tables do not exist yet
             return 0
 
 
 def read_rows(path: Path) -> Rows:
     """
-    Check a store from outside and read what must not differ between sweeps.
+    Check a store by SQLite and read the results that must not differ between sweeps.
 
-    By key: eta, error bar, contacts, time of the last, the arrays, and the failure's name.
+    Each key has eta, error bar, number of contacts, time of the last contact, arrays, and name of
+    the failure.
     """
     if not path.exists():
         return {}
@@ -230,7 +232,7 @@ def _differences(row: tuple | None, expected: tuple) -> list[tuple]:
 
 
 def _wait_for_end(still_running: Callable[[], list[int]]) -> None:
-    """Wait until all processes of a sweep have ended; they must not outlive it."""
+    """Wait until all processes of a sweep have ended."""
     deadline = time.monotonic() + 60.0
     while alive := still_running():
         assert time.monotonic() < deadline, f"processes {alive} outlived the sweep"

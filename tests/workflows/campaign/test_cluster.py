@@ -26,7 +26,8 @@ LONG_SWEEP = (
 SCENES = [
     *(Scene(potential=p, particles=n, speed=0.3) for p in ("lj", "toda", "log") for n in (5, 12)),
     Scene(potential="harmonic", particles=8, engine="reference"),
-    Scene(potential="harmonic", particles=5, velocity=0.9),  # fails by name: particles cross
+    # fails by a named error, because particles cross
+    Scene(potential="harmonic", particles=5, velocity=0.9),
 ]
 
 
@@ -52,7 +53,7 @@ def _timeless(row):
 
 
 def _without_seconds(value):
-    """Leave out what depends on the machine's mood, not on the collision."""
+    """Leave out computing times, which depend on the machine."""
     if not isinstance(value, dict):
         return value
     return {
@@ -82,7 +83,7 @@ def test_a_scheduler_that_needs_certificates_is_reported_in_one_line(tmp_path):
     (tmp_path / "sweep.toml").write_text("[axes]\nparticles = [2]\n")
     command = [sys.executable, "-m", "chaincor", "sweep", "sweep.toml"]
     command += ["--scheduler", "tls://127.0.0.1:8786"]
-    # The cluster has its own process, because objects of Dask complain when the process ends.
+    # The cluster has its own process, because Dask objects print errors when the process ends.
     ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (1, "", 1)
     assert "Dask has no certificates for tls://127.0.0.1:8786. Set " in ended.stderr
@@ -116,7 +117,7 @@ def _rows_in(path):
     try:
         with Store(path, read_only=True) as store:
             return len(store)
-    except StoreError:  # not made yet
+    except StoreError:  # the store does not exist yet
         return 0
 
 
@@ -222,8 +223,8 @@ def test_two_sweeps_on_one_store_share_the_work(tmp_path):
         tallies = [json.loads(sweep.communicate(timeout=HANGS)[0]) for sweep in sweeps]
     assert all(sweep.returncode == 0 for sweep in sweeps)
     assert all(tally["computed"] + tally["found"] == 40 for tally in tallies)
-    # Both compute the tasks that they had started at the same time. Without shared results the sum
-    # is 80.
+    # Tasks that the two runs started at the same time are computed twice. Without shared results,
+    # the sum would be 80.
     assert 40 <= sum(tally["computed"] for tally in tallies) < 80
     local = [*command[:-2], "--store", "local.sqlite", "--workers", "2"]
     subprocess.run(local, cwd=tmp_path, stdout=subprocess.DEVNULL, check=True)

@@ -1,4 +1,4 @@
-"""Test that many collisions give the numbers of single ones, on any number of workers."""
+"""Test that many collisions give the results of single collisions, on any number of workers."""
 
 import json
 import re
@@ -35,13 +35,13 @@ OTHERS = {
 
 
 def assert_same(sample, single):
-    """Assert that two numbers of one collision agree within both bars."""
+    """Assert that two results of a collision agree within the sum of their error bars."""
     bars = sample.restitution_error + single.restitution_error
     assert abs(sample.restitution - single.restitution) <= bars
     assert sample.tolerance_met == (sample.restitution_error <= single.tolerance)
     if sample.scheme == single.scheme and "open" not in (sample.ending, single.ending):
         assert sample.contacts == single.contacts
-        # The last contact may be grazing, so its time is less exact than eta.
+        # The last contact may be grazing. Its time is then less exact than eta.
         assert sample.last_contact_time == pytest.approx(single.last_contact_time, abs=1e-2)
 
 
@@ -60,7 +60,8 @@ def test_a_warm_chain_has_the_same_digits_and_bar_alone(changes):
     for seed, sample in enumerate(collide_many(scene, 4, workers=1).samples, 1):
         single = collide(scene.replace(seed=seed))
         assert (single.scheme, single.timestep) == (sample.scheme, sample.timestep)
-        # Two loops round differently, and chains as short as these amplify that by less than 1e3.
+        # The two loops round differently; chains as short as these amplify rounding by less than
+        # 1e3.
         assert single.restitution == pytest.approx(sample.restitution, abs=1e-12)
         assert single.restitution_error == pytest.approx(sample.restitution_error, abs=1e-11)
 
@@ -78,7 +79,7 @@ def test_workers_and_batches_change_no_bit():
     one = collide_many(WARM, 40, workers=1)
     assert collide_many(WARM, 40, workers=3).samples == one.samples
     assert collide_many(WARM.replace(seed=11), 7, workers=2).samples == one.samples[10:17]
-    # The list has the scenes in another order, with a scene of another kind among them.
+    # The list has the scenes in another order, and a scene of another kind.
     seeds = [5, 3, 4]
     scenes = [WARM.replace(seed=seed) for seed in seeds] + [WARM.replace(seed=1, velocity=0.1)]
     listed = collide_many(scenes, workers=1)
@@ -92,7 +93,7 @@ def test_each_sample_may_have_a_speed_of_its_own():
     found = collide_many(WARM, 3, velocities=velocities, workers=1)
     scenes = [WARM.replace(seed=k + 1, velocity=v) for k, v in enumerate(velocities)]
     assert found.samples == collide_many(scenes, workers=1).samples
-    # Also where they are collided by themselves.
+    # Single collisions have this name, too.
     sharp = WARM.without("velocity").replace(tolerance=1e-9, speed=0.3)
     found = collide_many(sharp, 2, velocities=velocities[:2], workers=1)
     single = collide(sharp.without("speed").replace(seed=2, velocity=0.08))
@@ -130,7 +131,8 @@ def test_lammps_gives_the_same_ensemble():
 
 @pytest.mark.slow
 def test_bars_are_honest_against_sharper_ones():
-    # Random warm scenes, against a tolerance a thousand times tighter, which is met one by one.
+    # Random warm scenes are compared with single collisions at a tolerance that is a thousand times
+    # smaller.
     rng = np.random.default_rng(20)
     wrong = []
     for _ in range(12):
@@ -152,13 +154,13 @@ def test_bars_are_honest_against_sharper_ones():
 
 
 def test_a_step_that_is_too_large_is_found_out(monkeypatch):
-    # Without refinement, a first step that is ten times too large must not give a number.
+    # Without refinement, a first step that is ten times too large must give no result.
     warm_solver = WarmSolver(WARM.problem, WARM.asked_tolerance)
     line = WARM.line
     starts, v = StartStates.of([line]), np.array([0.08])
     good = warm_solver.solve(starts, v)
     monkeypatch.setattr("chaincor.workflows.accuracy.warm._LARGEST_STEP", 1.1)
-    # The first one is too large; finer ones may be tried.
+    # The first step is too large; finer steps are allowed.
     monkeypatch.setattr(WarmSolver, "_rungs_of", lambda *_: (0, 30))
     coarse = WarmSolver(WARM.problem, WARM.asked_tolerance).solve(starts, v)
     assert not coarse.met[0] or coarse.timestep[0] < 0.8
@@ -170,10 +172,10 @@ def test_a_step_that_is_too_large_is_found_out(monkeypatch):
 @pytest.mark.parametrize(
     ("fields", "least"),
     [
-        # Its end is not seen for as long as many are followed.
+        # The end of this collision comes later than a batch is followed.
         ({"particles": 50, "seed": 1348, "velocity": 3.077e-3, "tolerance": 1e-3}, 0.1),
-        # It comes so slowly that the last digits decide. Below this step srkn14 errs less than by
-        # them: the ninth root of 1e-16 over its usual error, over the sharpness.
+        # The chain is so slow that the last digits decide. Below this step, the error of srkn14 is
+        # smaller than rounding.
         pytest.param(
             {"particles": 12, "velocity": 9.13e-5, "tolerance": 1e-6}, 0.015, marks=pytest.mark.slow
         ),
@@ -294,7 +296,8 @@ def test_an_ensemble_shows_itself_in_a_notebook():
     shown = found._repr_html_()
     assert "<caption>5 collisions, 0 without a number, 0 beyond the tolerance</caption>" in shown
     mean, error = re.search(r"<th>mean</th><td>(\S+) \+- (\S+)</td>", shown).groups()
-    # Rounded to the digits that the error leaves, of which half of the last is lost.
+    # Values are rounded to the digits that the error justifies, with half a unit of the last digit
+    # as tolerance.
     assert float(mean) == pytest.approx(found.eta.mean, abs=found.eta.standard_error)
     assert float(error) == pytest.approx(found.eta.standard_error, rel=0.5)
     one = collide_many(WARM, 1, workers=1)._repr_html_()

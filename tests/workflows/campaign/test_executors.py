@@ -1,4 +1,4 @@
-"""Test that users' executors give the results of new processes, and end clearly."""
+"""Test that users' executors give the same results as new processes, and report their failures."""
 
 import multiprocessing
 import os
@@ -64,7 +64,7 @@ def test_a_dask_client_gives_the_same_results(expected, tmp_path):
 
 @pytest.mark.slow
 def test_loky_gives_the_same_results(expected, tmp_path):
-    # joblib brings loky along.
+    # joblib contains loky.
     loky = pytest.importorskip("joblib.externals.loky")
     executor = loky.get_reusable_executor(max_workers=2)
     check(executor, expected, tmp_path)
@@ -86,7 +86,7 @@ def test_the_executor_of_a_sweep_computes_it():
 
 
 class Counting(Executor):
-    """Executor that runs a task at once and counts those that are not settled."""
+    """Executor that runs tasks at once and counts those whose results are not yet fetched."""
 
     def __init__(self, most):
         self.most, self.asked = most, []

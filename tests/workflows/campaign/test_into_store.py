@@ -1,4 +1,4 @@
-"""Test that sweeps compute only missing results, whatever dies on the way."""
+"""Test that sweeps compute only missing results, whatever process dies."""
 
 import itertools
 import os
@@ -34,7 +34,7 @@ BROKEN = Scene(potential="lj", particles=7, speed=0.4)
 
 @pytest.fixture
 def counted(monkeypatch, make_attempt):
-    """Put something instant in place of a collision, and list what is asked of it."""
+    """Replace collisions by an instant function, and list its calls."""
     asked = []
 
     def instant(scenes, **options):
@@ -124,7 +124,7 @@ def test_two_sweeps_at_once_share_the_work(tmp_path, counted):
 
 
 class Doomed(ThreadPoolExecutor):
-    """An executor that fails over one scene in its own way, at once."""
+    """Executor that fails at once for one scene, by a given error."""
 
     def __init__(self, scene, error):
         super().__init__(1)
@@ -173,7 +173,7 @@ def test_only_named_failures_are_failures_of_a_collision(monkeypatch, error):
 
 @pytest.fixture
 def interruptible():
-    """Heed SIGINT, which a shell's background jobs ignore."""
+    """Restore the handling of SIGINT, which a shell's background jobs ignore."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -248,8 +248,7 @@ def test_longer_faster_and_tighter_cost_more(monkeypatch):
     seconds = plan(base).seconds
     for changes in ({"particles": 100}, {"speed": 2.0}):
         assert plan(base.replace(**changes)).seconds > seconds
-    # This holds within a scheme. Where another scheme takes over, a smaller tolerance may cost
-    # less.
+    # This is true within a scheme. If another scheme is chosen, a smaller tolerance may cost less.
     for loose, tight in ((1e-5, 1e-6), (1e-7, 1e-10)):
         wider, closer = (base.replace(tolerance=each) for each in (loose, tight))
         assert plan(closer).seconds > plan(wider).seconds
@@ -376,7 +375,7 @@ def test_rows_without_details_keep_their_columns_and_take_less_room(tmp_path):
         assert short.result["restitution"] == whole.result["restitution"]
         assert short.result.keys() < whole.result.keys()
     sizes = [(tmp_path / f"{details}.sqlite").stat().st_size for details in (True, False)]
-    # Details take half of a row of the plainest kind, and the tables themselves take 30 kB.
+    # Details take half of the space of a plain row; empty tables take 30 kB.
     assert sizes[1] < 0.65 * sizes[0]
     with Store(tmp_path / "False.sqlite") as store:
         # Rows without details are results, and are not computed again.

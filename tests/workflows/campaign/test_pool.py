@@ -1,4 +1,4 @@
-"""Test that the death of a worker process costs only the task that it had."""
+"""Test that the death of a worker process loses only its current task."""
 
 import gc
 import os
@@ -36,7 +36,7 @@ def unsendable():
 
 
 class Odd(Exception):
-    """Can be sent, and not received."""
+    """Object that can be pickled but not unpickled."""
 
     def __init__(self, one, two):
         super().__init__(one)
@@ -107,7 +107,7 @@ def test_shutdown_without_waiting_kills_what_runs(tmp_path):
     wait_until(running.done)
     shutdown.join(HANGS)
     assert waiting.cancelled()
-    # It was killed: it did not come to its end.
+    # The task was killed before its end.
     assert isinstance(running.exception(timeout=0), WorkerDiedError)
 
 

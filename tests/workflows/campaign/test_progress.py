@@ -1,4 +1,4 @@
-"""Test what a long run shows on a terminal."""
+"""Test the progress display of a long run on a terminal."""
 
 import contextlib
 import time
@@ -102,6 +102,6 @@ def test_the_command_shows_what_its_scene_is_expected_to_take(chaincor, monkeypa
     assert chaincor(*command)[0] == 0
     scene = Scene(potential="harmonic", particles=3, engine="reference")
     assert printed == [plan(scene).seconds, False, "over"]
-    # Measured times are printed as they are; longer chains may take several times that.
+    # Estimates from measured times have no range; longer chains may take several times as long.
     assert plan(Scene(particles=5000, speed=0.4, tolerance=1e-3)).may_take_longer
     assert not plan(Scene(particles=500)).may_take_longer

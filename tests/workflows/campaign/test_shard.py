@@ -45,14 +45,14 @@ def test_parts_are_disjoint_and_complete(count):
 
 
 def test_every_part_has_its_share_of_long_chains():
-    # There are 25 different collisions of each length, which the 5 parts get in turn.
+    # There are 25 different collisions of each length, which are dealt to the 5 parts.
     for number in range(1, 6):
         part = shard(SCENES, number, 5)
         assert Counter(scene.particles for scene in part) == {10: 10, 20: 10, 50: 10, 100: 10}
 
 
 def test_every_part_has_slow_and_fast_chains():
-    # If points were assigned in their order, each of the five parts would have one speed.
+    # If points were assigned in their order, each of the five parts would have a single speed.
     points = SweepPoints({}, [LENGTHS, SPEEDS[:5]], Path())
     for number in range(1, 6):
         assert len({scene.speed for scene in shard(points, number, 5)}) > 1
@@ -127,7 +127,8 @@ def test_long_ranges_have_the_ends_and_the_numbers_of_short_ones(log):
     long = spaced(0.01, 0.7, 1001 * 10_000 - 9_999, log=log)
     assert isinstance(long, Spaced)
     assert (long[0], long[-1]) == (pytest.approx(0.01, rel=1e-15), 0.7)
-    # Every 10000th number of the long range; a rounding of the power is some units of 1e-16.
+    # Every 10000th value of the long range is compared; the power has a rounding error of some
+    # 1e-16.
     assert long[::10_000] == pytest.approx(short, rel=1e-14)
 
 

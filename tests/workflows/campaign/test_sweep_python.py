@@ -24,7 +24,7 @@ def test_a_row_for_each_point_in_order(tmp_path):
     for _, row in frame.iterrows():
         one = collide(BASE.replace(speed=row["speed"], particles=row["particles"]))
         assert row["restitution"] == one.restitution
-    # A second time, all is found in the store.
+    # The second sweep finds all results in the store.
     again = sweep(BASE, store=store, workers=1, speed=[0.1], particles=[4])
     assert again["finished"].tolist() == frame["finished"].tolist()[-1:]
 
@@ -50,7 +50,7 @@ def test_an_axis_of_tables_or_of_a_parameter_shows_what_it_sets(store):
 
 @pytest.mark.slow
 def test_a_collision_that_fails_is_a_row_that_says_why():
-    # Harmonic bonds cross in LAMMPS at the second speed.
+    # At the second speed, particles of the harmonic chain cross in LAMMPS.
     frame = sweep(
         Scene(potential="harmonic", particles=5), workers=1, velocity=[0.1, 2.0], masses=[[1, 2]]
     )

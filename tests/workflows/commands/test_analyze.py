@@ -20,7 +20,7 @@ def frame(step, time, x, v):
 
 @pytest.fixture
 def job(tmp_path):
-    """The exact collision of two particles with a harmonic bond: two contacts, eta = 1."""
+    """Return a job with the exact collision of two particles with a harmonic bond: eta = 1."""
     v0, omega = 0.1, np.sqrt(2.0)
     frames = []
     for step, time in enumerate(np.arange(0.0, 12.0, 0.5)):
@@ -88,7 +88,7 @@ def test_output_holds_plots_tables_and_pictures(job, tmp_path, chaincor):
     check_file_list(page, out, beside={"analysis.html", "c.xyz"})
     reported = words_of(page)
     assert str(out / "c.xyz") in reported
-    # The page has the numbers of the terminal, with explanations, and every figure that was drawn.
+    # The page has the numbers of the terminal, explanations, and every figure that was drawn.
     _, text, _ = chaincor("analyze", job, "--potential", "harmonic")
     lines = text.partition("\n\n")[2].partition("\n\n")[0].splitlines()
     assert len(lines) > 9
@@ -101,7 +101,7 @@ def test_output_holds_plots_tables_and_pictures(job, tmp_path, chaincor):
 
 @pytest.mark.slow
 def test_a_page_has_the_results_in_the_units_of_the_dump(job, tmp_path, chaincor):
-    # Twice the mass and the stiffness change the unit of energy, but not times and speeds.
+    # Doubling mass and stiffness changes the unit of energy, but not times and speeds.
     units = ["--length", "1", "--mass", "2", "--stiffness", "2"]
     bond = ["--potential", "harmonic", "--masses", "2"]
     status, printed, _ = chaincor("analyze", job, *bond, *units, "-o", tmp_path / "out")
@@ -115,7 +115,7 @@ def test_a_page_has_the_results_in_the_units_of_the_dump(job, tmp_path, chaincor
 @pytest.mark.slow
 def test_a_page_warns_of_what_is_impossible(job, tmp_path, chaincor):
     dump = job / "dump.lammpstrj"
-    # The velocities in the last frames are twice as large as physics allows.
+    # The velocities in the last frames are twice those that energy conservation allows.
     head, *frames = dump.read_text().split("ITEM: TIMESTEP")
     fast = [frame.replace(" 0.1 ", " 0.2 ") for frame in frames[-16:]]
     dump.write_text("ITEM: TIMESTEP".join([head, *frames[:-16], *fast]))

@@ -50,7 +50,7 @@ def test_other_axes(sweep_file):
     )
     assert len({scene.sha256 for scene in sweep.scenes}) == 12
     assert sweep.scenes[11].contact_stiffness == 10.0
-    # A range is of numbers: of one mass for all.
+    # A range gives numbers, each of which is the mass of all particles.
     heavy = read_sweep(
         sweep_file("target_particles = 1\n[axes]\ntarget_masses = { from = 1, to = 9, points = 3 }")
     )
@@ -94,7 +94,7 @@ def test_a_sweep_over_a_mass_ratio_is_a_curve(sweep_file, chaincor, monkeypatch)
     plot = ("plot", "s.sqlite", "--x", "masses.2", "--y", "kinematic_restitution")
     status, _, err = chaincor(*plot)
     assert status == 0, err
-    # The chain of equal masses, which a store knows as one without any, is on the curve.
+    # The curve includes the chain of equal masses, which stores save without masses.
     assert set(drawn) == {"potential = lj", "potential = toda"}
     x, y = drawn["potential = lj"]
     assert x == [0.5, 1.0, 2.0, 4.0]

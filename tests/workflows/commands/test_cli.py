@@ -28,7 +28,7 @@ def test_every_command_has_help(chaincor, command):
     status, out, _ = chaincor(command, "--help")
     assert status == 0
     assert out.startswith(f"Usage: chaincor {command}")
-    assert "\\b" not in out  # which keeps lines apart, and is not shown
+    assert "\\b" not in out  # a mark for line breaks, which is not printed
 
 
 def test_help_of_run_documents_every_option(chaincor):
@@ -64,7 +64,7 @@ def test_help_of_run_documents_every_option(chaincor):
 @pytest.mark.parametrize("command", ["run", "inputs", "tradeoff", "validate"])
 def test_help_is_one_screen(chaincor, command):
     _, out, _ = chaincor(command, "--help")
-    assert len(out.splitlines()) <= 36  # a hundred with the options of the scene
+    assert len(out.splitlines()) <= 36  # the options of the scene would make a hundred
     assert "--help-scene shows the options of the scene" in out
 
 
@@ -164,7 +164,7 @@ def test_what_goes_wrong_is_one_line(chaincor, monkeypatch, error, status, line)
     code, _, err = chaincor("doctor")
     assert code == status
     assert line in err
-    assert err.strip().count("\n") == 0  # click ends the line of a ^C first
+    assert err.strip().count("\n") == 0  # click first ends the line that shows ^C
 
 
 def test_the_process_exits_with_the_status():

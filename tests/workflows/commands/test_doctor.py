@@ -1,4 +1,4 @@
-"""Test ``chaincor doctor``: yes and status 0, or no, status 1 and a remedy."""
+"""Test that ``chaincor doctor`` prints yes (status 0), or no and a remedy (status 1)."""
 
 import json
 import os
@@ -33,7 +33,8 @@ def test_no(chaincor, monkeypatch):
 
 @pytest.mark.slow
 def test_warm_loops_need_no_compiler(chaincor, tmp_path):
-    # In a cache of its own, and in processes of their own: what one compiled the next only loads.
+    # The test has its own cache and two processes: the second loads the loops that the first
+    # compiled.
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     command = [sys.executable, "-m", "chaincor"]
     warmed = subprocess.run(

@@ -25,7 +25,7 @@ def test_each_word_leads_to_its_term(chaincor, word):
 
 def test_no_other_name_hides_a_term(chaincor):
     assert not set(OTHER_NAMES) & set(ALL_TERMS)
-    # A row of `analyze`, and an end that `run` prints.
+    # One term is a row label of `analyze`, the other an ending that `run` prints.
     assert chaincor("explain", "vibration")[1].startswith("vibration: share of the energy")
     said = " ".join(chaincor("explain", "open")[1].split())
     assert "open (another contact may still come; the error bar allows for it)" in said

@@ -1,4 +1,4 @@
-"""Test that ``chaincor inputs`` writes the requested files, or one line about an error."""
+"""Test that ``chaincor inputs`` writes the requested files, or prints an error in one line."""
 
 import pytest
 

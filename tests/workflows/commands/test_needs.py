@@ -33,8 +33,7 @@ try:
 except SystemExit as leave:
     print("\\nLOADED", leave.code, *(n for n in names if n in sys.modules))
 """
-# Each use is tried in turn; it loads these libraries in addition to those that the command always
-# loads.
+# Each use of a command loads these libraries in addition to those that the command always loads.
 USES = {
     "run": {
         "--particles 3 --tolerance 1e-4 --engine reference": (),
@@ -46,7 +45,7 @@ USES = {
     },
     "explain": {"eta": ()},
     "inputs": {"--particles 3 --frames -o job": ()},
-    # ASE reads trajectories in a process of its own.
+    # ASE reads trajectories in a separate process.
     "analyze": {"job": (), "job -o report": ("matplotlib",), "ase": ()},
     "validate": {"--particles 3": (), "--particles 3 --plot v.png": ("matplotlib",)},
     "tradeoff": {
@@ -71,9 +70,9 @@ USES = {
     "lessons": {"-o lessons": ()},
     "doctor": {"--help": ()},
 }
-# A command leaves this work to worker processes, which do what `run` does.
+# Worker processes load these libraries for the command.
 BY_WORKERS = {"sweep": {"numba"}}
-# What a library loads for itself.
+# Libraries that another library loads.
 BROUGHT = {"pyarrow": ("pandas",), "rocrate": ("jinja2",)}
 
 
@@ -88,13 +87,13 @@ def loaded(folder, *arguments):
     )
     assert "\nLOADED 0" in done.stdout, done.stdout + done.stderr
     found = set(done.stdout.rsplit("LOADED 0", 1)[1].split())
-    # Compiled loops need Numba where they are not in a cache.
+    # Compiled loops need Numba if they are not in a cache.
     return found - {"llvmlite"} | ({"numba"} if "llvmlite" in found else set())
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A job that was run, a store, and a trajectory of ASE's, for the commands that read them."""
+    """Return a folder with a job that was run, a store, and a trajectory of ASE."""
     from chaincor.lammps_inputs.scene import Scene
     from chaincor.workflows.collision import collide
 
@@ -133,7 +132,7 @@ def test_needs_are_what_is_loaded(folder, command):
 @cache
 def imports_of(module):
     path = ROOT / module.replace(".", "/")
-    package = path / "__init__.py"  # a folder may be what an older state has left
+    package = path / "__init__.py"  # an older checkout may have left a folder without this file
     path = package if package.exists() else path.with_suffix(".py")
     found = set()
     for node in ast.walk(ast.parse(path.read_text())):
@@ -150,7 +149,7 @@ def imports_of(module):
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.slow_cases
 def test_nothing_is_named_that_the_code_does_not_import(command):
-    """Also for what takes minutes or a cluster to try."""
+    """Check the imports in the source, which include uses that take minutes or a cluster."""
     seen, todo, libraries = (
         set(),
         [f"chaincor.workflows.commands.{command.replace('-', '_')}"],
@@ -166,7 +165,7 @@ def test_nothing_is_named_that_the_code_does_not_import(command):
                 todo.append(name)
             else:
                 libraries.add(name.split(".")[0])
-    # LAMMPS is loaded by its name; pandas loads pyarrow.
+    # LAMMPS is imported by its name as a string, and pandas imports pyarrow.
     source = (ROOT / "chaincor" / "workflows/engines/lammps/library.py").read_text()
     assert '"lammps"' in source or "import lammps" in source
     by_name = {"lammps", "pyarrow"}

@@ -76,7 +76,7 @@ def test_a_grid_keeps_tables_where_there_are_any():
 
 
 def test_a_job_made_with_frames_can_be_run_again(tmp_path):
-    """`dump_frames` says how the job dumps; its scene is that of a collision without a dump."""
+    """Run the saved scene: `dump_frames` belongs to the job, and the scene has no dump."""
     files = write_job(
         Scene(particles=4, scheme="verlet", dump_frames="contacts"), tmp_path, dump=True
     )

@@ -13,7 +13,7 @@ SPEEDS = (0.02, 0.05, 0.1)
 
 @pytest.fixture(scope="module")
 def collisions():
-    """Two potentials, three lengths, three speeds: 18 collisions by the reference engine."""
+    """Return a store with 18 collisions: two potentials, three lengths, three speeds."""
     scenes = [
         Scene(potential=potential, particles=n, velocity=v, engine="reference", tolerance=1e-6)
         for potential in ("lj", "toda")
@@ -32,7 +32,7 @@ def store_path(collisions, tmp_path):
 
 @pytest.fixture
 def plot(store_path, chaincor, monkeypatch):
-    """Run the command and return its exit status, its message, and the curves it drew."""
+    """Return a function that runs the command and returns exit status, message and curves."""
     drawn = {}
 
     def keep(curves, *names, **options):
@@ -61,7 +61,7 @@ def test_without_by_there_is_a_curve_for_each_combination_of_what_varies(plot, c
     for scene, row in collisions:
         x, y = curves[f"potential = {scene.potential}, particles = {scene.particles}"]
         assert tuple(x) == SPEEDS
-        # Every point is a collision's own number, not a mean.
+        # Every point is the result of a single collision, not a mean.
         assert y[x.index(scene.velocity)] == row.restitution
 
 
@@ -130,7 +130,7 @@ def test_a_heat_map_never_averages():
 
 @pytest.fixture(scope="module")
 def warm_collisions():
-    """Two speeds and five seeds of a warm chain."""
+    """Return a store of a warm chain at two speeds and with five seeds."""
     scenes = [
         Scene(
             potential="toda",

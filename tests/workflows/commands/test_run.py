@@ -44,7 +44,7 @@ def test_a_bare_run(chaincor):
     assert (found["potential"], found["particles"], found["engine"]) == ("lj", 100, "lammps")
     assert found["speed"] == pytest.approx(0.4, rel=1e-14)
     assert (found["tolerance"], found["tolerance_met"]) == (1e-6, True)
-    # The published value, within the error bar that the run claims.
+    # The published value is within the error bar.
     assert found["restitution_error"] <= 1e-6
     assert abs(found["restitution"] - 0.77079983275) <= found["restitution_error"]
     assert found["contacts"] == 84
@@ -91,7 +91,7 @@ def test_options_win_over_the_file(chaincor, tmp_path):
     assert found["speed"] == pytest.approx(0.3)
     found = run_json(chaincor, "run", str(scene), "--particles", "4", "--velocity", "0.05")
     assert (found["particles"], found["velocity"]) == (4, 0.05)
-    # Another potential does not use toda_b.
+    # The potential lj ignores toda_b.
     found = run_json(chaincor, "run", str(scene), "--potential", "lj", "--no-error")
     assert found["potential"] == "lj"
 
@@ -127,11 +127,11 @@ def test_a_saved_job_is_analysed_by_the_dump_that_was_asked_for(chaincor, tmp_pa
         assert "its script writes none" in err
         chaincor(*hint[1].split())
         assert json.loads(chaincor("analyze", "job", "--json")[1])["contacts"] == found["contacts"]
-        # Beside the job the dump has the name that was given, and no other.
+        # The dump is written only under the given name.
         chaincor(*saved[:-1], "again", "--dump", "again/x")
         assert [path.name for path in Path("again").glob("*dump*")] == []
         assert json.loads(chaincor("analyze", "again", "--json")[1])["finished"]
-        # A job that only dumps must be run.
+        # A job with a dump must be run before `analyze`.
         chaincor("inputs", *QUICK[1:], "--frames", "-o", "unrun")
         err = chaincor("analyze", "unrun")[2]
         assert "in.chain writes one: run it, (cd unrun && lmp -in in.chain)" in err
@@ -202,7 +202,7 @@ def test_a_failed_run_is_status_1_and_one_line(chaincor):
 
 
 def test_a_tolerance_that_rounding_forbids_is_status_1_with_the_number(chaincor):
-    # At 1e-8 v* LAMMPS's coordinates leave about 1e-6 of eta.
+    # At 1e-8 v*, rounding of LAMMPS's coordinates gives eta an error of about 1e-6.
     arguments = ["--particles", "20", "--speed", "1e-8", "--tolerance", "1e-12", "--json"]
     status, out, err = chaincor("run", *arguments)
     assert status == 1

@@ -47,7 +47,7 @@ def test_what_makes_no_sense_is_refused_by_name(chaincor, options, message):
 
 
 def test_samples_that_miss_their_tolerance_are_reported(chaincor):
-    # No number can have so many digits.
+    # No floating-point number has so many digits.
     few = (*WARM, "--samples", "1", "--tolerance", "1e-15", "--json")
     status, out, err = chaincor(*few)
     assert status == 1
@@ -63,14 +63,14 @@ def test_the_text_says_what_few_samples_do_not_tell(chaincor):
     assert status == 0, err
     assert "mean of eta to 10: reached with 1 of these samples" in out
     assert "too few samples" in out
-    # The steps are so coarse that an error bar reaches above 1.
+    # The steps are so coarse that one error bar reaches above e = 1.
     coarse = ("--scheme", "verlet", "--timestep", "0.6")
     status, out, err = chaincor(*WARM, "--samples", "4", *coarse)
     assert "; for 1 the error bar leaves e > 1 open" in out, err
 
 
 def test_an_ensemble_without_a_number_says_why():
-    # Soft bonds whose particles pass through each other, in every sample.
+    # In every sample, particles pass through each other, because the bonds are soft.
     scene = Scene(
         potential="toda", particles=5, velocity=0.08, temperature=1e-4, engine="reference"
     )

@@ -222,7 +222,7 @@ def test_a_forecast_of_a_large_sweep_is_made_from_a_sample(chaincor, sweep_file)
     assert (small["number_of_points"], large["number_of_points"]) == (6000, 60_000_000)
     assert (small["to_compute"]["sample"], large["to_compute"]["sample"]) == (None, 2000)
     few, many = small["to_compute"], large["to_compute"]
-    # Both draw the same three lengths equally often; costs vary little along this axis.
+    # The two sweeps have equal shares of the three lengths; costs vary little along the other axis.
     for name in ("points", "seconds", "disk_bytes"):
         assert many[name] == pytest.approx(10_000 * few[name], rel=0.05)
     assert len(large["points"]) < 10_000
@@ -241,7 +241,7 @@ def test_a_sweep_from_file_to_plots(chaincor, sweep_file, tmp_path):
     assert "nothing to compute: 6" in chaincor("sweep", path)[1]
 
     status, out, _ = chaincor("show", store, "--where", "particles=2", "--columns", "restitution")
-    assert out.split() == ["restitution", "1", "1"]  # two particles return everything
+    assert out.split() == ["restitution", "1", "1"]  # two particles lose no energy
     rows = json.loads(chaincor("show", store, "--json")[1])
     assert (rows["count"], len(rows["rows"])) == (6, 6)
     assert "2 of 6 rows" in chaincor("show", store, "--limit", 2)[1]

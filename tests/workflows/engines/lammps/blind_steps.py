@@ -1,8 +1,8 @@
 """Compare Verlet runs without wall checks between contacts with runs that check every step.
 
-Random scenes of all potentials, short and long, slow and fast, with fine and very coarse steps and
-both walls. Contacts, their times and speeds, the final state and the end must be the same to the
-last bit, or both runs must fail alike.
+The random scenes have all potentials, short and long chains, slow and fast collisions, fine and
+very coarse steps, and both walls. The two runs must have the same contacts, contact times and
+speeds, final state and ending to the last bit, or must fail by the same error.
 
 Run: python -m tests.workflows.engines.lammps.blind_steps [--scenes 1000] [--seed 1] [--longest 150]
 """
@@ -31,7 +31,7 @@ def random_scene(rng: np.random.Generator, longest: int = 150) -> tuple[Scene, N
     """
     Draw a collision and its numerics.
 
-    Verlet steps between 0.0025 and 0.3, speeds between 0.01 and 1.5 v*.
+    Verlet steps are between 0.0025 and 0.3, and speeds between 0.01 and 1.5 v*.
     """
     potential = str(rng.choice(POTENTIALS))
     fields: dict = {"potential": potential}
@@ -49,12 +49,12 @@ def random_scene(rng: np.random.Generator, longest: int = 150) -> tuple[Scene, N
 
 
 def asking_every_step() -> AbstractContextManager:
-    """Let Verlet steps ask for the wall before each of them, as long as it lasts."""
+    """Return a context in which the wall is checked before each Verlet step."""
     return mock.patch.object(flight, "WallGuard", return_value=None)
 
 
 def outcome_bits(scene: Scene, numerics: Numerics) -> tuple:
-    """Run a collision; returns all that may not depend on how often the wall was asked for."""
+    """Run a collision; return the results that must not depend on the number of wall checks."""
     try:
         outcome = lammps.run(scene.problem, numerics)
     except ChaincorError as error:
@@ -66,10 +66,10 @@ def outcome_bits(scene: Scene, numerics: Numerics) -> tuple:
 
 def with_table_of_a_run(scene: Scene, numerics: Numerics) -> Numerics:
     """
-    Give a collision's runs the same bond table.
+    Return numerics with which both runs of a collision have the same bond table.
 
-    If a table is too short, LAMMPS may read beyond its end what lies in memory, and the widened
-    table is then not the same in two runs.
+    If a table is too short, LAMMPS may read arbitrary memory beyond its end. The two runs would
+    then widen the table differently.
     """
     try:
         table = lammps.run(scene.problem, numerics).details["table"]
@@ -79,7 +79,7 @@ def with_table_of_a_run(scene: Scene, numerics: Numerics) -> Numerics:
 
 
 def compare(scene: Scene, numerics: Numerics) -> tuple[bool, tuple]:
-    """Run a collision both ways: whether both came out the same, and what asking always found."""
+    """Run a collision both ways; return whether results agree, and those with all checks."""
     if scene.potential != "harmonic":
         numerics = with_table_of_a_run(scene, numerics)
     with asking_every_step():
@@ -88,7 +88,7 @@ def compare(scene: Scene, numerics: Numerics) -> tuple[bool, tuple]:
 
 
 def count_windows(counts: Counter) -> None:
-    """Count blind windows, and those that came to the wall and were taken back."""
+    """Count windows without wall checks, and the windows that reached the wall and were undone."""
     run = WallGuard.run
 
     def counting(self: WallGuard, steps: int) -> bool:
@@ -100,7 +100,7 @@ def count_windows(counts: Counter) -> None:
 
 
 def main() -> None:
-    """Print how many came out the same and fail if one did not."""
+    """Print how many scenes agree, and fail if one does not."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)

@@ -51,8 +51,8 @@ def test_damping_models_of_both_engines_are_one_law(law, fields):
     steps = [0.04, 0.01, 0.0025]
     runs = engine.run_at_steps(scene.problem, Numerics(scheme="verlet", timestep=steps[0]), steps)
     errors = [abs(run.eta - known.restitution) for run in runs]
-    # LAMMPS evaluates damping forces half a step earlier, so a quarter of the step has a quarter of
-    # the error.
+    # LAMMPS evaluates damping forces half a step earlier. The error is therefore of first order: a
+    # quarter of the step has a quarter of the error.
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.3)
     assert errors[2] < 1e-3
 

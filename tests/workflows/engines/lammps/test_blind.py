@@ -19,7 +19,7 @@ from tests.workflows.engines.lammps import blind_steps
 
 
 def random_scene(seed):
-    """Return a scene over all potentials, slow and fast, with coarse and fine steps."""
+    """Return a random scene of any potential, slow or fast, with coarse or fine steps."""
     rng = np.random.default_rng(seed)
     potential = str(rng.choice(["harmonic", "lj", "toda", "log", "power"]))
     fields = {"potential": potential, "particles": int(rng.integers(2, 40))}
@@ -31,7 +31,7 @@ def random_scene(seed):
     else:
         fastest = {"power": -1.0, "log": 0.1}.get(potential, 0.7)
         fields["speed"] = float(10.0 ** rng.uniform(-2.5, fastest))
-    # Fast chains need finer steps to stay stable at all.
+    # Fast chains need finer steps to be stable.
     fine = 1.0 + fields.get("speed", 0.0)
     return Scene(**fields), float(10.0 ** rng.uniform(-2.3, -1.2)) / fine
 
@@ -66,7 +66,7 @@ def test_also_at_high_speed(potential, speed, wall):
 
 
 def test_blind_runs_do_run_blind(monkeypatch):
-    # LAMMPS is called far less than once per step.
+    # The number of LAMMPS calls is far below the number of steps.
     calls = []
     run = LammpsChain.run
     monkeypatch.setattr(LammpsChain, "run", lambda self, n: (calls.append(n), run(self, n))[1])
@@ -78,7 +78,7 @@ def test_blind_runs_do_run_blind(monkeypatch):
 
 @pytest.mark.slow
 def test_coarse_steps_of_the_benchmark_too():
-    # The first few of what `python -m tests.workflows.engines.lammps.blind_steps` goes through.
+    # These are the first scenes of `python -m tests.workflows.engines.lammps.blind_steps`.
     for k in range(12):
         scene, numerics = blind_steps.random_scene(np.random.default_rng([1, k]), longest=30)
         same, _ = blind_steps.compare(scene, numerics)
@@ -87,8 +87,8 @@ def test_coarse_steps_of_the_benchmark_too():
 
 @pytest.mark.parametrize("wall", ["event", "reflect"])
 def test_a_forecast_that_fails_is_noticed_and_taken_back(wall, monkeypatch):
-    # The test can fail: if the wall were always promised to be out of reach, particle 1 would
-    # mostly be behind it, and often in front of it again at the end.
+    # The forecast is replaced by one that always promises a distant wall. In most windows, particle
+    # 1 is then behind the wall, and often in front of it again at the end.
     scene = Scene(potential="lj", particles=20, speed=1.0)
     numerics = Numerics(wall=wall, scheme="verlet", timestep=0.01, bond_range=(0.7, 8.0))
     with blind_steps.asking_every_step():
@@ -114,7 +114,7 @@ def test_a_forecast_that_fails_is_noticed_and_taken_back(wall, monkeypatch):
 
 
 def test_windows_that_fail_again_and_again_get_shorter(monkeypatch):
-    # Sharp bonds collide, which no present acceleration foretells: with windows of full length
+    # Present accelerations do not predict collisions of sharp bonds. With windows of full length,
     # LAMMPS took a hundred times more steps than it kept.
     calls = []
     run = LammpsChain.run
@@ -126,14 +126,14 @@ def test_windows_that_fail_again_and_again_get_shorter(monkeypatch):
 
 
 def place(chain, positions, velocities):
-    """Put a chain anywhere, with the forces that belong there."""
+    """Place a chain and compute its forces."""
     chain.x[:], chain.v[:] = positions, velocities
     chain.commands("run 0 post no")
 
 
 @contextmanager
 def chain_of(bond, particles, timestep, folder, wall="event"):
-    """Set a chain up; bonds other than harmonic ones have a wide table."""
+    """Set up a chain; bonds other than harmonic bonds have a wide table."""
     scene = Scene(potential=bond, particles=particles, velocity=0.1)
     numerics = Numerics(wall=wall, scheme="verlet", timestep=timestep)
     table = None if bond == "harmonic" else tabulate(scene.bond, (0.3, 4.0), rows=4000)
@@ -159,7 +159,8 @@ def test_all_contacts_of_a_chain_whose_last_one_is_slow(timestep):
     exact = modal.run(scene.problem)
     outcome = lammps.run(scene.problem, numerics)
     assert len(outcome.contact_times) == len(exact.contact_times) == 76
-    # Verlet's frequencies, up to 2, err by a part omega^2 h^2/24: times by no more than h^2 t/6.
+    # Verlet's frequencies, up to 2, have a relative error of omega^2 h^2/24; errors of times are up
+    # to h^2 t/6.
     latest = exact.contact_times[-1]
     assert abs(outcome.contact_times[-1] - latest) < latest * timestep**2 / 6.0
 
@@ -173,7 +174,7 @@ def test_a_tolerance_finds_the_slow_contact():
     assert abs(result.restitution - reference_value.restitution) < result.restitution_error
 
 
-# What the chain of a passage is, but for its state.
+# Scene of the chain that ``passage`` places.
 SPRINGS = Scene(potential="harmonic", particles=3, velocity=0.1)
 
 
@@ -191,7 +192,7 @@ def test_lammps_sees_a_passage_behind_the_wall_that_ended(tmp_path):
         assert chain.x[0] > guard.position
         chain.restore(start)
         assert not guard.run(50)
-        # It watches only guarded runs, and not the motion after them.
+        # The guard watches only guarded runs, and not the motion after these runs.
         chain.restore(start)
         chain.run(20)
         assert chain.x[0] < 0.0
@@ -221,13 +222,13 @@ def test_a_contact_within_a_step_that_ends_in_front_of_the_wall(guarded, tmp_pat
         numerics = Numerics(scheme="verlet", timestep=0.3)
         contact = flight_of(chain, SPRINGS.problem, numerics, guarded).advance(1.0)
         assert contact is not None
-        # x + v t + a t^2/2 = 0 for the first time.
+        # This is the first root of x + v t + a t^2/2 = 0.
         moment = (-v - np.sqrt(v * v - 2.0 * x * a)) / a
         assert contact.time == pytest.approx(moment, rel=1e-12)
 
 
 def contacts_from(chain, guarded, state, scene, wall):
-    """Return times and speeds of all contacts within 6, and the state then."""
+    """Return times and speeds of all contacts up to t = 6, and the state at this time."""
     numerics = Numerics(wall=wall, scheme="verlet", timestep=chain.timestep)
     flight = flight_of(chain, scene.problem, numerics, guarded)
     chain.restore(state)
@@ -260,7 +261,7 @@ def test_blind_from_any_state(bond, wall, tmp_path):
 
 @pytest.mark.slow
 def test_bonds_change_tables_at_the_same_step():
-    # A bond gets so long that it is given another table, which differs in the last digits.
+    # A bond becomes so long that it changes to another table, which differs in the last digits.
     scene = Scene(potential="lj", particles=52, speed=1.6845117159555532)
     numerics = Numerics(scheme="verlet", timestep=0.01118142086486839, bond_range=(0.5, 40.0))
     with blind_steps.asking_every_step():

@@ -1,4 +1,4 @@
-"""Test that LAMMPS's version of a table is read back, and is wrong where the table is wrong."""
+"""Test that forces are read back from LAMMPS and show the errors of a wrong table."""
 
 from dataclasses import replace
 
@@ -27,7 +27,8 @@ def test_a_default_spline_table_is_exact_to_rounding(bond, tmp_path):
     table = tabulate(bond, (0.85, 1.25))
     found = certificate(table, bond, tmp_path)
     largest = np.max(np.abs(table.forces))
-    # Rows aim at 3e-13 of the largest force; rounding of the interpolation adds as much again.
+    # The number of rows is chosen for an error of 3e-13 times the largest force. Rounding of the
+    # interpolation adds an error of this size.
     assert found.force_error <= 1e-12 * largest
     assert found.edge_force_error <= 1e-11 * largest
     assert found.energy_error <= 1e-12
@@ -44,7 +45,7 @@ def test_error_falls_with_the_order_of_the_interpolation(style, order, tmp_path)
         for n in rows
     ]
     slope = np.polyfit(np.log(1.0 / (rows - 1)), np.log(errors), 1)[0]
-    # The range widens a little with fewer rows, which steepens the fit by a few per cent.
+    # With fewer rows, the range is slightly wider, which makes the slope a few per cent steeper.
     assert slope == pytest.approx(order, abs=0.2)
 
 
@@ -53,7 +54,8 @@ def test_a_wrong_fp_is_seen_at_the_edges(factor, tmp_path):
     good = tabulate(LJ, (0.85, 1.4), rows=2001)
     wrong = replace(good, edge_slopes=tuple(factor * slope for slope in good.edge_slopes))
     right, spoilt = (certificate(table, LJ, tmp_path) for table in (good, wrong))
-    # A wrong end slope d costs about 0.1 d h at the end and falls by 3.7 with each row.
+    # An error d of the end slope gives a force error of about 0.1 d h at the end, which falls by a
+    # factor of 3.7 with each row.
     step = good.spacing * abs(factor - 1.0) * abs(good.edge_slopes[0])
     assert spoilt.edge_force_error > 0.05 * step
     assert spoilt.edge_force_error > 1e3 * right.edge_force_error
@@ -69,7 +71,8 @@ def test_a_wrong_row_is_seen(tmp_path):
 
 
 def test_lammps_reads_the_ends_within_the_margin(tmp_path):
-    # LAMMPS reads past a spline within a bin of its end: bonds of the range stay three bins off.
+    # Within a bin of a spline's end, LAMMPS reads beyond the table. Bonds of the range stay three
+    # bins away.
     table = tabulate(LJ, (0.9, 1.1), rows=301)
     found = certificate(table, LJ, tmp_path)
     assert 0.9 - found.shortest > (MARGIN_BINS - 0.01) * table.spacing

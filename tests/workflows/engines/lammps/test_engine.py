@@ -16,8 +16,8 @@ from chaincor.workflows.engines.lammps import lammps_collision
 from chaincor.workflows.errors import BondRangeError, LostAtomsError, TimestepError
 from tests.reference_cases import CASES, case_name, case_scene
 
-# The coarsest composed step of order 8 that meets ERROR_LIMITS, as every finer step does: the
-# faster the collision, the steeper the bonds.
+# Coarsest composed steps of order 8 with errors within ERROR_LIMITS. Faster collisions compress
+# bonds to larger stiffness and need finer steps.
 TIMESTEPS = {
     "harmonic": {0.1: 0.15},
     "lj": {0.01: 0.2, 0.1: 0.2, 0.4: 0.15, 0.78: 0.1, 1.0: 0.1, 2.0: 0.05, 5.0: 0.018},
@@ -25,7 +25,7 @@ TIMESTEPS = {
     "log": {0.01: 0.2, 0.1: 0.2, 0.4: 0.15, 0.78: 0.07, 1.0: 0.05},
     "power": {0.1: 0.2},
 }
-FAST = 2.0  # units of v*
+FAST = 2.0  # in units of v*
 ERROR_LIMITS = {"slow": 1e-8, "fast": 2e-8}
 
 
@@ -33,7 +33,7 @@ def momentum_error(scene, outcome):
     return momentum_residual(outcome.velocities, scene.impact_velocity, 0.5 * outcome.impulses)
 
 
-# Each takes a second and more.
+# Each case takes more than a second.
 LONG = ("lj-100-2.0", "log-100-1.0", "harmonic-500-0.1")
 
 
@@ -54,10 +54,11 @@ def test_reference_values(case):
     limit = ERROR_LIMITS["fast" if case.get("speed_over_vstar", 0.0) >= FAST else "slow"]
     assert abs(eta - case["restitution"]) <= limit
     assert len(outcome.contact_times) == case["contacts"]
-    # Published to 1e-7; a time error is about an eta error over the rate at which eta changes.
+    # The times are published to 1e-7. The error of a time is about that of eta divided by the rate
+    # of change of eta.
     assert outcome.contact_times[-1] == pytest.approx(case["last_contact_time"], abs=1e-6)
     assert abs(momentum_error(scene, outcome)) <= 1e-12
-    # Bonds are held at both ends: the errors of energy and of eta shrink together.
+    # The relative energy error is of the size of the error of eta.
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-6)
 
 
@@ -87,7 +88,8 @@ def test_one_particle_bounces_once():
 
 
 def test_two_harmonic_particles_return_everything():
-    # Relative motion of two particles: omega = sqrt(2), and half a period later they hit again.
+    # The relative motion of two particles has omega = sqrt(2); the second contact comes half a
+    # period after the first.
     outcome = lammps.run(
         Scene(potential="harmonic", particles=2, velocity=0.1).problem,
         Numerics(scheme="order8", timestep=0.1),
@@ -97,8 +99,8 @@ def test_two_harmonic_particles_return_everything():
 
 
 def test_harmonic_collisions_scale_with_the_velocity():
-    # Times and eta of a harmonic chain are those of any other speed; coordinates are rounded to
-    # n eps, against displacements of v0.
+    # Times and eta of a harmonic chain do not depend on speed. Coordinates are rounded to n eps,
+    # and displacements are about v0.
     slow, fast = (
         lammps.run(
             Scene(potential="harmonic", particles=20, velocity=v).problem,
@@ -126,7 +128,7 @@ def test_the_final_state_is_that_after_the_last_contact():
 
 
 def test_more_frames_than_steps_are_one_a_step():
-    """However many: nothing counts intervals, and time may not even tell two apart."""
+    """Give at most one frame per step, even for intervals below the resolution of time."""
     scene = Scene(potential="harmonic", particles=4, velocity=0.1)
     few = lammps.run(scene.problem, Numerics(), frame_interval=1e-3).frames.times
     assert few.size > 20
@@ -151,7 +153,7 @@ def test_more_frames_than_steps_are_one_a_step():
     ids=lambda f: f"{f['potential']}-{f['particles']}-{f.get('speed')}",
 )
 def test_looking_ahead_for_the_end_changes_no_contact(fields, wall, scheme):
-    # A run that takes frames continues with exact steps to the end, so every bit must be equal.
+    # A run with frames takes exact steps to the end. Every bit must be equal.
     scene = Scene(**fields)
     numerics = Numerics(wall=wall, scheme=scheme, timestep=0.0125, bond_range=(0.4, 40.0))
     ahead = lammps.run(scene.problem, numerics)
@@ -172,7 +174,7 @@ def test_a_narrow_range_is_widened_to_the_same_answer():
         assert found.details["table"]["shortest"] < found.bond_min
         assert found.details["table"]["longest"] > found.bond_max
         etas.append(restitution(found.velocities, scene.impact_velocity))
-    # Both tables are exact to about 1e-12 of the force.
+    # Each table is exact to about 1e-12 times the force.
     assert etas[0] == pytest.approx(etas[1], abs=1e-10)
 
 
@@ -182,7 +184,7 @@ def test_a_users_bond_runs_like_the_named_one():
     mine = Scene(potential=UserBond(lj.energy, lj.force), particles=10, velocity=0.05)
     numerics = Numerics(scheme="order6", timestep=0.05, bond_range=(0.9, 1.2))
     one, two = lammps.run(named.problem, numerics), lammps.run(mine.problem, numerics)
-    # Only the end slopes of the spline differ, which a central difference gives to 1e-9.
+    # Only the end slopes of the spline differ: a central difference gives them to 1e-9.
     assert two.velocities == pytest.approx(one.velocities, abs=1e-11)
 
 
@@ -200,7 +202,7 @@ def test_files_are_kept_on_request_only(tmp_path):
         line
         for line in (tmp_path / "job" / "log.lammps").read_text().splitlines()
         if "WARNING" in line
-        # A force extremum is no fault of a table, and LAMMPS says so itself.
+        # LAMMPS itself calls its warning of a force extremum harmless.
         and "inconsistent with -dE/dr" not in line
         and "inflection points" not in line
     ]
@@ -210,7 +212,7 @@ def test_files_are_kept_on_request_only(tmp_path):
 
 
 def test_bonds_seen_at_the_end_of_a_table_widen_it(monkeypatch):
-    """Within a bin beyond its last row LAMMPS takes forces from whatever lies in memory."""
+    """Require a wider table: within a bin beyond the last row, LAMMPS reads arbitrary memory."""
     scene = Scene(particles=5, speed=0.4)
     given = Numerics(scheme="verlet", timestep=0.02, bond_range=(0.9, 1.2))
     for numerics, near in ((given, 1e-6), (replace(given, bond_range=None), 0.02)):
@@ -257,7 +259,7 @@ def test_an_impossible_length_is_excused_once(monkeypatch, error):
 
 def test_a_proof_whose_bonds_leave_the_table_has_a_wider_one():
     scene = Scene(particles=10, speed=0.4)
-    # Verlet steps as long as this one, the longest in an extrapolated step, fling bonds about.
+    # The longest Verlet steps in this extrapolated step are so coarse that bonds leave the range.
     numerics = Numerics(scheme="extrapolated12", timestep=0.3, bond_range=(0.93, 1.15))
     fine, coarse = lammps.run_at_steps(scene.problem, numerics, (0.3, 0.9))
     assert coarse.details["table"]["shortest"] < fine.details["table"]["shortest"]
@@ -267,24 +269,25 @@ def test_a_proof_whose_bonds_leave_the_table_has_a_wider_one():
 
 
 def test_a_late_contact_is_waited_for():
-    """The reference engine, asked what comes, tells of the 27th; LAMMPS finds it by itself."""
+    """Require that LAMMPS waits for contact 27, which the reference engine predicts."""
     scene = Scene(particles=28, speed=1.47)
     outcome = lammps.run(scene.problem, Numerics(scheme="order8", timestep=0.05))
     assert len(outcome.contact_times) == 27
-    # From two integrators of another kind; errors grow 1e4 times in this collision.
+    # Two integrators of another kind gave this time. Errors grow by a factor of 1e4 in this
+    # collision.
     assert outcome.contact_times[-1] == pytest.approx(38.808724, abs=1e-4)
     assert outcome.ending.kind in ("proved", "argued")
 
 
 @pytest.mark.slow
 def test_impatience_changes_nothing(monkeypatch):
-    """When the reference engine is asked what comes is a question of cost alone."""
+    """Require that the time of the request to the reference engine affects only the cost."""
     scene, numerics = Scene(particles=12, speed=1.5), Numerics(scheme="order6", timestep=0.05)
     plain = lammps.run(scene.problem, numerics)
     for patience in (1.0, 10.0):
         monkeypatch.setattr(lammps_collision, "PATIENCE", patience)
         outcome = lammps.run(scene.problem, numerics)
-        # Who flies on longer sees longer bonds, and takes a wider table: forces good to 1e-12,
-        # whose errors grow by some hundred times where the chain breaks.
+        # A run that continues for longer has longer bonds and a wider table. Force errors of 1e-12
+        # grow some hundred times in a chain that breaks.
         assert np.abs(outcome.velocities - plain.velocities).max() < 1e-9 * scene.impact_velocity
         assert np.abs(outcome.contact_times - plain.contact_times).max() < 1e-8

@@ -1,4 +1,4 @@
-"""Test that each failure has a name and one line that says what to do."""
+"""Test that each failure has a name and a message of one line with a remedy."""
 
 import importlib.machinery
 import importlib.util
@@ -84,7 +84,8 @@ def test_the_bond_and_the_step_are_named(tmp_path):
 
 
 def test_a_harmonic_chain_that_crosses_itself():
-    # Two particles at v0 compress their bond to 1 - sqrt(2) v0, longer chains to 1 - 1.43 v0.
+    # Two particles at v0 compress their bond to a length of 1 - sqrt(2) v0, longer chains to 1 -
+    # 1.43 v0.
     line = failure(CrossingError, Scene(potential="harmonic", velocity=0.8), ORDER8)
     assert "pass through each other" in line
     assert "engine 'reference'" in line
@@ -99,8 +100,8 @@ def test_a_harmonic_chain_below_the_crossing_speed_runs(velocity):
 
 
 def test_a_bond_over_its_barrier():
-    # power, order 3, c = -1: pulled no further back beyond a strain of 1/3, where U = 1/54; a
-    # particle that brings v0^2/2 > 1/54, v0 > 0.19 or 0.27 v*, may get there.
+    # Beyond a strain of 1/3, where U = 1/54, the force of this bond is repulsive. A particle with
+    # v0^2/2 > 1/54, that is v0 > 0.19 or 0.27 v*, may stretch a bond so far.
     scene = Scene(potential="power", power_order=3, power_c=-1.0, particles=50, speed=0.9)
     line = failure(BarrierError, scene, Numerics(scheme="order6", timestep=0.05))
     assert "beyond the energy barrier of its potential at 1.33" in line
@@ -125,7 +126,7 @@ def test_a_step_that_breaks_energy_conservation(scheme):
 
 @pytest.mark.slow
 def test_an_unresolved_contact_neither_hangs_nor_passes():
-    # This one used to find the same outgoing contact for ever.
+    # This collision once found the same outgoing contact for ever.
     numerics = Numerics(scheme="order8", timestep=0.4, bond_range=(0.00024, 474.0))
     failure(TimestepError, Scene(potential="toda", speed=5.0), numerics)
 

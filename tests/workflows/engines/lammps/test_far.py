@@ -46,7 +46,8 @@ def test_two_tables_give_the_result_of_one(scheme, speed):
     one = lammps.run(scene.problem, replace(numerics, table_points=150_001))
     assert two.details["table"]["rows"] < 30_000
     assert len(two.contact_times) == len(one.contact_times)
-    # Force errors of both tables, below 1e-9 here, over v0: see TABLE_SENSITIVITY.
+    # The limit is the sum of force errors of the two tables, below 1e-9 here, divided by v0: see
+    # TABLE_SENSITIVITY.
     allowed = sum(run.details["table"]["force_error"] for run in (one, two))
     assert allowed < 1e-9
     assert abs(eta(two, scene) - eta(one, scene)) < 10 * allowed / scene.impact_velocity
@@ -64,13 +65,14 @@ def test_bonds_go_out_and_come_back(tmp_path):
             chain.far_bonds.change_tables()
             assert chain.far_bonds.far.tolist() == [False, far]
             chain.run(1)
-            # The last particle feels the pull of its bond alone; 1e-6 of time moves nothing.
+            # The force on the last particle is that of its bond; in a step of 1e-6, particles
+            # hardly move.
             expected = scene.bond.force(length - 1.0)
             assert chain.f[2] == pytest.approx(expected, abs=1e-11)
 
 
 def test_a_state_put_back_has_its_tables_back(tmp_path):
-    """A look ahead sees a bond break, meets a contact, and is taken back."""
+    """Restore the state from before a look ahead in which a bond broke."""
     scene = Scene(particles=3)
     table = tabulate_near_and_far(scene.bond, RANGE)
     with LammpsChain(
@@ -87,7 +89,7 @@ def test_a_state_put_back_has_its_tables_back(tmp_path):
             np.testing.assert_array_equal(now, then)
         chain.run(1)  # out of range of the far table
         assert chain.f[2] == pytest.approx(scene.bond.force(-0.1), abs=1e-11)
-        # Also where either table would do, and its length does not tell which one it had.
+        # This also works for a length in the range of both tables.
         chain.x[2] = chain.x[1] + 0.5 * (FAR_BACK + FAR_OUT)
         state = chain.snapshot()
         chain.x[2] = chain.x[1] + 24.0
@@ -98,7 +100,7 @@ def test_a_state_put_back_has_its_tables_back(tmp_path):
 
 @pytest.mark.slow
 def test_a_chain_that_breaks_and_hits_again_is_followed():
-    """Log, n = 100, at 1.122 v*: the reference engine gives 0.78340539076 to 2e-10."""
+    """Compare log, n = 100, 1.122 v*, with the reference engine: 0.78340539076 to 2e-10."""
     result = collide(Scene(potential="log", particles=100, speed=1.12201845), tolerance=1e-5)
     assert result.fragments == 1
     assert abs(result.restitution - 0.78340539) < result.restitution_error < 1e-5

@@ -24,12 +24,12 @@ def quintic(start, end, step):
 
 
 def random_ends(rng):
-    """Return two ends of a step, the first off the wall or leaving it."""
+    """Return random states at both ends of a step; the first is off the wall or leaves it."""
     x0 = abs(rng.normal()) * 10.0 ** rng.uniform(-3.0, 1.0)
     v0, a0, v1, a1 = rng.normal(size=4) * [1.0, 4.0, 1.0, 4.0]
     if rng.uniform() < 0.3:
         x0, v0 = 0.0, abs(v0)
-    # About where these accelerations lead.
+    # The end position is near that which these accelerations give.
     x1 = x0 + 0.5 * (v0 + v1) + (a0 - a1) / 12.0 + 0.05 * rng.normal()
     return [x0, v0, a0], [x1, v1, a1]
 
@@ -42,12 +42,13 @@ def test_the_first_of_all_crossings_is_found():
         found = first_crossing(start, end, 1.0)
         times = np.linspace(0.0, 1.0, 2001)
         x = quintic(start, end, 1.0)(times)
-        # Rounding of the coefficients, about 1e-14, cannot make or hide a dip as deep as this.
+        # The coefficients have rounding errors of about 1e-14, which affect only shallower dips.
         behind = np.flatnonzero(x < -1e-9)
         if len(behind):
             crossings += 1
             back_in_front += end[0] > 0.0
-            # A dip shorter than the grid may come before the first moment seen behind.
+            # A dip shorter than the grid spacing may come before the first grid point behind the
+            # wall.
             assert found is not None
             assert found < times[behind[0]] + 1e-3
             assert np.all(x[times < found - 1e-3] >= -1e-9)
@@ -69,7 +70,7 @@ def test_a_dip_between_two_departures_is_a_crossing():
 def test_a_dip_much_shorter_than_the_step():
     # x = (t - 0.4)(t - 0.4002): behind the wall for 2e-4 of the step.
     start, end = [0.4 * 0.4002, -0.8002, 2.0], [0.6 * 0.5998, 1.1998, 2.0]
-    # Rounding of coefficients, 1e-16, over a slope of 2e-4.
+    # The error is the rounding of the coefficients, 1e-16, divided by the slope of 2e-4.
     assert first_crossing(start, end, 1.0) == pytest.approx(0.4, abs=1e-10)
 
 
@@ -86,11 +87,12 @@ def test_a_crossing_is_foreseen_only_if_it_is_clear():
 @pytest.mark.parametrize("scheme", ["order6", "order8"])
 @pytest.mark.parametrize("particles", [17, 87])
 def test_contacts_of_coarse_composed_steps(particles, scheme):
-    # Several contacts are nearer to the next than two of these steps; the last one of 87 particles
-    # is over within a third of one.
+    # Several contacts are less than two of these steps apart. The last contact of 87 particles
+    # lasts a third of a step.
     scene = Scene(potential="harmonic", particles=particles, velocity=0.1)
     exact = modal.run(scene.problem)
     outcome = lammps.run(scene.problem, Numerics(scheme=scheme, timestep=0.3))
     assert len(outcome.contact_times) == len(exact.contact_times)
-    # Order 6 errs most, by less than 0.02 at 87 particles' last contact; contacts are 1.4 apart.
+    # Order 6 has the largest error, below 0.02 at the last contact of 87 particles. Contacts are
+    # 1.4 apart.
     assert np.abs(outcome.contact_times - exact.contact_times).max() < 0.1

@@ -15,7 +15,7 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import LostAtomsError, RunError, TimestepError
 
 SHARP = Numerics(scheme="order8", timestep=0.1)
-# Good to 1e-9, from an integration of the equations of motion that shares no code with this one.
+# An integration that shares no code with the engine gave these values to 1e-9.
 CASES = [
     (
         {"potential": "harmonic", "particles": 20, "velocity": 0.1, "masses": (1, 3)},
@@ -57,7 +57,7 @@ CASES = [
 
 
 def momenta(scene, outcome):
-    """Return what both bodies gained, in units of the momentum that came."""
+    """Return momenta gained by chain and target, in units of the incoming one, and the latter."""
     line = scene.line
     came = float(np.sum(line.chain_masses)) * scene.impact_velocity
     chain = line.chain_masses @ (outcome.velocities - line.velocities[line.first :])
@@ -91,13 +91,13 @@ def test_verlet_steps_converge_to_the_same_value_at_second_order():
 
 
 def test_a_heavy_first_particle_takes_nearly_all_energy():
-    # n = 2: the ratio at which e is least; published as 0.178.
+    # For n = 2, this ratio of masses gives the least e, published as 0.178.
     scene = Scene(potential="harmonic", particles=2, masses=(1.43447, 1.0), velocity=0.1)
     assert math.sqrt(lammps.run(scene.problem, SHARP).eta) == pytest.approx(0.178465, abs=1e-6)
 
 
 def test_identical_chains_meet_like_one_at_a_wall():
-    # A mirror image is as good as a wall, and eta of a harmonic chain is that of any speed.
+    # A mirror image acts as a wall, and eta of a harmonic chain does not depend on speed.
     pair = Scene(potential="harmonic", particles=50, target_particles=50, velocity=0.1)
     alone = Scene(potential="harmonic", particles=50, velocity=0.1)
     eta = restitution(lammps.run(alone.problem, SHARP).velocities, 0.1)
@@ -113,7 +113,7 @@ def test_a_heavy_target_is_the_wall():
     wall = Scene(potential="lj", particles=10, velocity=0.05)
     heavy = wall.replace(target_particles=1, target_masses=(1e9,))
     eta = float(restitution(lammps.run(wall.problem, SHARP).velocities, 0.05))
-    # The target takes a part of 10/1e9 of the momentum, and as much of the energy.
+    # The target takes relative amounts of 10/1e9 of the momentum and of the energy.
     assert lammps.run(heavy.problem, SHARP).eta == pytest.approx(eta, abs=1e-7)
 
 
@@ -133,7 +133,8 @@ def test_bodies_can_be_exchanged(contact):
         scene = Scene(potential="lj", velocity=0.05, **chain, **struck, **contact)
         outcome = lammps.run(scene.problem, SHARP)
         etas.append((outcome.eta, len(outcome.contact_times)))
-    # The same motion seen from the other body: coordinates are rounded to 1e-15, against 0.05.
+    # The motion is the same, seen from the other body. Coordinates are rounded to 1e-15; v0 is
+    # 0.05.
     assert etas[0][0] == pytest.approx(etas[1][0], abs=1e-11)
     assert etas[0][1] == etas[1][1]
 
@@ -166,8 +167,8 @@ def test_time_reversal(contact, tmp_path):
         potential="lj", particles=8, masses=(2, 1), initial=tmp_path / "end.csv", **contact
     )
     back = lammps.run(back_scene.problem, SHARP)
-    # The last contact of the way back was the first, before which the chain was cold; both ways
-    # err by 1e-10 at this step.
+    # The last contact of the reversed motion was the first contact, before which the chain was
+    # cold. At this step, each motion has an error of 1e-10.
     assert len(back.contact_times) == len(forth.contact_times)
     assert back.velocities == pytest.approx(np.full(8, 0.05), abs=1e-9)
     assert np.diff(back.displacements) == pytest.approx(np.zeros(7), abs=1e-9)
@@ -183,14 +184,15 @@ def test_a_chain_that_comes_from_afar_counts_from_its_first_contact(tmp_path):
     outcome = lammps.run(scene.problem, SHARP, frame_interval=0.5)
     assert outcome.contact_times[0] == 0.0
     frames = outcome.frames
-    # The first frame is the start, and it takes the gap at its speed, or longer, to the contact.
+    # The first frame is the initial state, from which the contact takes at least the gap divided by
+    # the speed.
     assert frames.times[0] < -0.7 / 0.15
     assert frames.displacements[0] == pytest.approx(places - np.arange(8.0), abs=1e-14)
-    # The table of a bond is 0 at its natural length to rounding only.
+    # At natural length, the force of the table is 0 up to rounding.
     assert np.max(np.abs(frames.target_velocities[frames.times < 0.0])) < 1e-12
     assert frames.target_displacements.shape == frames.target_velocities.shape
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-9)
-    # Without frames, the same to the last bit.
+    # Without frames, results are equal to the last bit.
     assert np.array_equal(lammps.run(scene.problem, SHARP).velocities, outcome.velocities)
 
 
@@ -216,12 +218,12 @@ def test_the_stock_wall_reflects_unequal_masses():
     outcome = lammps.run(scene.problem, Numerics(wall="reflect", scheme="verlet", timestep=0.002))
     chain, _, came = momenta(scene, outcome)
     assert np.sum(outcome.impulses) / came == pytest.approx(chain, abs=1e-12)
-    # An error of first order at each of some ten contacts.
+    # Each of some ten contacts has an error of first order.
     assert outcome.eta == pytest.approx(exact, abs=10 * 0.002)
 
 
-# Two particles repel with K d^q from d = 0 at the speed w to d = 0 again: a contact takes
-# T = 2 (D/w) sqrt(pi) G(1 + 1/p)/G(1/2 + 1/p), D^p = p mu w^2/(2 K), p = q + 1.
+# A contact of two particles with the force K d^q begins at relative speed w. It lasts T = 2 (D/w)
+# sqrt(pi) G(1 + 1/p)/G(1/2 + 1/p), with D^p = p mu w^2/(2 K) and p = q + 1.
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0, 3.7])
 @pytest.mark.parametrize("scheme", ["verlet", "order4", "order8"])
 def test_two_soft_particles(exponent, scheme):
@@ -252,7 +254,7 @@ def test_two_soft_particles(exponent, scheme):
 
 
 def plain_soft_eta(scene, longest):
-    """Integrate the equations of motion of a soft contact as they stand, event by event."""
+    """Integrate the equations of motion of a soft contact from event to event."""
     line, bond = scene.line, scene.bond
     (stiffness, exponent), gap = line.contact.parameters, line.gap
     count = len(line.masses)
@@ -274,7 +276,7 @@ def plain_soft_eta(scene, longest):
     state, time, touching, after = np.concatenate((line.strains, line.velocities)), 0.0, True, None
     exact = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15}
     while time < longest:
-        # Clear of the event that it begins with.
+        # The first step leaves the event at which the interval begins.
         start = solve_ivp(rates(touching), (time, time + 1e-3), state, **exact)
         found = solve_ivp(
             rates(touching), (time + 1e-3, longest), start.y[:, -1], events=gap_of, **exact
@@ -299,7 +301,7 @@ def soft_scene(exponent, **fields):
 @pytest.mark.slow_cases
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0, 3.0])
 def test_steps_keep_their_order_in_a_soft_contact(exponent):
-    """Across the kink of its force a step would be of order q + 1 at best, or first at q = 1."""
+    """Require the full order, which steps across the kink of the force would reduce."""
     scene = soft_scene(
         exponent, particles=6, masses=(1, 2), target_particles=4, contact_stiffness=0.5
     )
@@ -340,7 +342,7 @@ def test_runs_at_several_steps_are_those_of_their_own():
         assert np.array_equal(outcome.target_displacements, alone.target_displacements)
 
 
-# Of the first the last bonds break, of the second the first.
+# With the first target, its last bonds break; with the second, its first bond.
 TARGETS = [
     pytest.param({"target_particles": 20}, marks=pytest.mark.slow),
     {"target_particles": 3, "target_masses": (4, 1, 1)},
@@ -362,7 +364,7 @@ def test_broken_bonds_of_the_target_change_to_the_far_table(target):
     kinetic += 0.5 * scene.line.target_masses @ np.square(frames.target_velocities[-1])
     bonds = np.sum(scene.bond.energy(np.concatenate(lengths) - 1.0))
     assert kinetic + bonds == pytest.approx(outcome.energy_start, rel=1e-9)
-    # The flight after the last contact changes nothing.
+    # The flight after the last contact does not change eta.
     assert lammps.run(scene.problem, numerics).eta == pytest.approx(outcome.eta, abs=1e-10)
 
 

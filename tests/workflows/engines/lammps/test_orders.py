@@ -13,8 +13,8 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 SCENE = Scene(potential="lj", particles=10, speed=0.4)
 BOND_RANGE = (0.85, 1.3)
-# Eight steps within 3 %: after five or more steps each contact falls into another part of a
-# step, so their mean square is that over the phases of the contacts, without touching the scene.
+# These are eight steps within 3 %. After five or more steps, contacts have a different phase in
+# each run. The mean square of the errors is thus an average over the phases of contacts.
 PHASES = 1.0 + 0.03 * np.linspace(-0.5, 0.5, 8)
 RANGES = {
     "verlet": (0.005, 0.05),
@@ -31,7 +31,7 @@ def restitution_of(run, scheme, timestep):
 
 @pytest.fixture(scope="module")
 def reference_value():
-    """Return eta by the reference engine, good to 1e-13: (0.04/0.15)^8 of 3e-10."""
+    """Return eta by the reference engine, with an error of 1e-13."""
     return restitution_of(stepping.run, "order8", 0.03)
 
 
@@ -55,7 +55,7 @@ def test_fitted_order(scheme, reference_value):
     timesteps = np.geomspace(*RANGES[scheme], 8)
     errors = rms_errors(scheme, timesteps, reference_value)
     slope = np.polyfit(np.log(timesteps), np.log(errors), 1)[0]
-    # 0.3 is what irregular contact phases leave of a fit over eight steps.
+    # Irregular phases of contacts give a fit over eight steps an uncertainty of 0.3.
     assert slope == pytest.approx(COMPOSITIONS[scheme].order, abs=0.3)
 
 
@@ -66,15 +66,17 @@ def test_extrapolated_steps_converge_at_their_order_down_to_rounding(scheme, ref
     slope = np.polyfit(
         np.log(timesteps), np.log(rms_errors(scheme, timesteps, reference_value)), 1
     )[0]
-    # Steps as long as the time between two contacts: whether one falls into a step or between two
-    # makes a factor of ten, which over a range of three is 2 in the slope.
+    # The steps are as long as the time between contacts. The position of a contact in its step
+    # changes the error by a factor of ten; over a range of steps of three, this changes the slope
+    # by 2.
     assert slope == pytest.approx(STEP_SCHEMES[scheme].order, abs=2.0)
-    # The mixture multiplies the rounding of coordinates up to 10 by up to 60, over v0 = 0.05.
+    # Extrapolation multiplies the rounding of coordinates up to 10 by up to 60, relative to v0 =
+    # 0.05.
     assert rms_errors(scheme, np.array([0.25]), reference_value)[0] < 1e-10
 
 
 def test_the_reflecting_wall_is_far_from_second_order(reference_value):
-    # Its error is of first order and of either sign: the reason for the event wall.
+    # The error of the stock wall is of first order and of either sign.
     def error(wall, timestep):
         numerics = Numerics(wall=wall, scheme="verlet", timestep=timestep, bond_range=BOND_RANGE)
         outcome = lammps.run(SCENE.problem, numerics)

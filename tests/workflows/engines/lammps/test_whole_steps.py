@@ -1,4 +1,4 @@
-"""Test LAMMPS steps with other masses against steps composed of other time steps."""
+"""Test composed steps that LAMMPS takes with other masses against steps with other time steps."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def masses_of(chain):
 
 
 def parts_of(chain, scheme, duration, before):
-    """Take a step by LAMMPS's timesteps, without the loop; return x, v and f."""
+    """Take a composed step by separate LAMMPS runs; return x, v and f."""
     if scheme in COMPOSITIONS:
         for weight in COMPOSITIONS[scheme].weights:
             chain.commands(f"timestep {weight * duration:.17g}\nrun 1 pre no post no")
@@ -61,8 +61,8 @@ def test_a_step_is_what_its_parts_make(tmp_path, name, scheme, duration):
         assert chain.stages_done - done == STEP_SCHEMES[scheme].evaluations
         chain.restore(before)
         expected = parts_of(chain, scheme, duration or STEP, before)
-        # Coordinates up to 10 are rounded to 1e-15, in each of 8 steps or 17, and a mixture
-        # amplifies that up to 60 times; of another part, masses would be wrong by 1e-3.
+        # Coordinates up to 10 are rounded to 1e-15 in each of 8 or 17 steps, and extrapolation
+        # amplifies this up to 60 times. A wrong mass would change the state by 1e-3.
         assert np.max(np.abs(after - expected)) < 5e-13
         assert np.max(np.abs(after - before[:3])) > 1e-3
         assert np.array_equal(masses_of(chain), masses)
