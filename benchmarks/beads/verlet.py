@@ -1,6 +1,7 @@
 """Compile and run a short C++ program that integrates a column of beads by velocity Verlet."""
 
 import subprocess
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -38,8 +39,10 @@ class VerletColumn:
         printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         return VerletRun(*map(float, printed.split()))
 
-    def extrapolated(self, exponent: float, hard: bool, beads: int) -> tuple[float, float]:
-        """Return 1 - eta, extrapolated to a time step of zero, and the last change."""
-        losses = [self.run(exponent, hard, beads, h).loss for h in (0.04, 0.02, 0.01)]
-        coarse, fine = ((4 * b - a) / 3 for a, b in pairwise(losses))
-        return fine, abs(fine - coarse)
+    def extrapolated(
+        self, exponent: float, hard: bool, beads: int, steps: Sequence[float] = (0.04, 0.02, 0.01)
+    ) -> tuple[float, float]:
+        """Return 1 - eta without its error of second order, and the change of the last halving."""
+        losses = [self.run(exponent, hard, beads, step).loss for step in steps]
+        better = [(4 * b - a) / 3 for a, b in pairwise(losses)]
+        return better[-1], abs(better[-1] - (better[-2] if len(better) > 1 else losses[-1]))

@@ -231,7 +231,7 @@ def _by_force_table(scene: Scene, subject: Collision, judge: Collision) -> Itera
     bars = [result.restitution_error for result in (subject, judge)]
     allowed = None if None in bars else sum(bars) + TABLE_ERROR  # type: ignore[arg-type]
     distance = abs(by_table.restitution - judge.restitution)
-    yield Comparison("restitution by pair_style table", distance, allowed)
+    yield Comparison("table_restitution", distance, allowed)
 
 
 def compare_contacts(count: int, judge: Collision, *subjects: Collision) -> Comparison:

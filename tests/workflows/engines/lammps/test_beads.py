@@ -38,7 +38,7 @@ def test_both_engines_agree(fields):
     assert validation.comparisons[0].allowed < 3e-6
     named = [comparison.quantity for comparison in validation.comparisons]
     granular = not {"hertz_exponent", "diameters"} & fields.keys()
-    assert ("restitution by pair_style table" in named) == granular
+    assert ("table_restitution" in named) == granular
 
 
 @pytest.mark.parametrize("law", ["viscoelastic", "dashpot"])
