@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Any
 
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_numbers import shown
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.run_files import NO_FILES, RunFiles
@@ -256,8 +258,10 @@ def _in_lammps(problem: Problem, scheme: StepSchemeName, target_error: float) ->
 
 def refuse_too_costly(scene: Scene, planned: Plan, most_seconds: float) -> None:
     """Raise CostError if a planned collision is expected to exceed the time limit."""
-    if math.isnan(most_seconds):
-        raise InputError("the time limit is nan. Give a number of seconds or hours")
+    if not isinstance(most_seconds, Real) or math.isnan(most_seconds):
+        raise InputError(
+            f"the time limit is {shown(most_seconds)}. Give a number of seconds or hours"
+        )
     expected, problem = planned.seconds, planned.problem
     if expected <= most_seconds:
         return

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_numbers import positive_number_given, whole_number_given
+from chaincor.workflows.given import path_given, text_given, texts_given
 from chaincor.workflows.scripts.crashes import CrashedRun, crashed_runs
 from chaincor.workflows.scripts.energy_changes import EnergyChange, find_energy_changes
 from chaincor.workflows.scripts.ladder import Ladder
@@ -143,7 +143,7 @@ def timestep_study(
     ----------
     script : path
         LAMMPS input.
-    quantities : sequence of str, optional
+    quantities : str or sequence of str, optional
         ``KEYWORD`` or ``KEYWORD:KIND``, where the keyword is a thermo keyword, compute or variable.
         The kind is ``mean`` (the default, over the second half of the run), ``last``, ``drift`` or
         ``fluctuation``. If neither `quantities` nor `observable` is given, the study covers
@@ -202,12 +202,18 @@ def timestep_study(
     'Your timestep 0.1 cannot be judged yet'
     """
     started = time.perf_counter()
+    script = path_given("script", script)
+    quantities, fix = texts_given("quantities", quantities), texts_given("fix", fix)
+    for name, value in {"observable": observable, "vary": vary, "lmp": lmp}.items():
+        if value is not None:
+            text_given(name, value)
+    seeds = None if seeds is None else whole_number_given("seeds", seeds)
+    phases = None if phases is None else whole_number_given("phases", phases)
+    if tolerance is not None:
+        tolerance = positive_number_given("the tolerance", tolerance)
+    timeout = positive_number_given("the time limit of a run", timeout)
     asked = read_asked(quantities, observable)
-    if tolerance is not None and not 0.0 < tolerance < np.inf:
-        raise InputError(f"the tolerance is {tolerance}. Give a positive number")
-    if not 0.0 < timeout < np.inf:
-        raise InputError(f"--timeout is {timeout}. Give a positive number of seconds")
-    text = ScriptText.read(Path(script))
+    text = ScriptText.read(script)
     text.check()
     printed = observable is not None
     varied = read_varied(

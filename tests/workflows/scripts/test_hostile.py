@@ -6,8 +6,10 @@ import string
 
 import pytest
 
+from chaincor import timestep_study
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.scripts.quantities import check_pattern
+from chaincor.workflows.scripts.script_run import ScriptRunError
 from chaincor.workflows.scripts.vary_options import read_fixed, read_ladder
 from tests.extremes.test_injection import ATTACKS
 
@@ -98,3 +100,31 @@ def test_hostile_patterns_are_only_ever_patterns(tmp_path, monkeypatch):
         with contextlib.suppress(InputError):
             check_pattern(pattern)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "refusal"),
+    [
+        ({"script": None}, "script is None. Give a path"),
+        ({"quantities": [3]}, "quantities is 3. Give a text"),
+        ({"fix": {"a": 1}}, "fix is {'a': 1}. Give a text or a list of texts"),
+        ({"vary": 3}, "vary is 3. Give a text"),
+        ({"observable": b"(.)"}, "observable is b'(.)'. Give a text"),
+        ({"lmp": 3}, "lmp is 3. Give a text"),
+        ({"seeds": "5"}, "seeds is '5'. Give a whole number, 1 or more"),
+        ({"phases": 3.5}, "phases is 3.5. Give a whole number, 1 or more"),
+        ({"tolerance": "1"}, "the tolerance is '1'. Give a positive finite number"),
+        ({"timeout": "1"}, "the time limit of a run is '1'. Give a positive finite number"),
+    ],
+)
+def test_arguments_of_another_type_are_refused_by_name(options, refusal):
+    with pytest.raises(InputError) as refused:
+        timestep_study(**{"script": "in.x"} | options)
+    assert str(refused.value) == refusal
+
+
+def test_one_quantity_may_be_given_as_a_text(tmp_path):
+    script = tmp_path / "in.x"
+    script.write_text("units lj\nrun 1\n")
+    with pytest.raises(ScriptRunError, match=r"chaincor timestep \S+in.x pe --timeout 1$"):
+        timestep_study(script, "pe", timeout=0.01)
