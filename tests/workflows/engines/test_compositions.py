@@ -15,15 +15,16 @@ each = pytest.mark.parametrize("scheme", COMPOSITIONS.values(), ids=COMPOSITIONS
 @each
 def test_palindromes_of_weight_one(scheme):
     assert scheme.weights == scheme.weights[::-1]
-    # The centre is 1 minus the rest; adding the terms in another order costs a unit per term.
+    # The central weight is 1 minus the others. Summation in another order adds a rounding error per
+    # term.
     assert math.fsum(scheme.weights) == pytest.approx(1.0, abs=len(scheme.weights) * 2.3e-16)
 
 
 @each
 @pytest.mark.parametrize("power", [3, 5, 7, 9])
 def test_odd_powers_of_the_weights_cancel(scheme, power):
-    # Necessary for a symmetric composition of order 4, 6, 8, 10: sums of w^3, w^5, w^7, w^9 vanish.
-    # The published weights have 26 digits; doubles leave a few units of 1e-16 a term.
+    # A symmetric composition of order 4, 6, 8, 10 requires that sums of w^3, w^5, w^7, w^9 vanish.
+    # The published weights have 26 digits; rounding to doubles gives a few 1e-16 per term.
     if power < scheme.order:
         assert math.fsum(w**power for w in scheme.weights) == pytest.approx(0.0, abs=1e-14)
     else:
@@ -32,7 +33,7 @@ def test_odd_powers_of_the_weights_cancel(scheme, power):
 
 def pendulum(scheme, steps, duration=6.0):
     """Return the angle of a pendulum that starts at rest at one radian."""
-    # In 25 digits, so that no rounding is near the error at any order.
+    # With 25 digits, rounding is far below the error at any order.
     angle, speed, force = mpf(1), mpf(0), -mpmath.sin(1)
     for _ in range(steps):
         for weight in scheme.weights:
@@ -46,8 +47,8 @@ def pendulum(scheme, steps, duration=6.0):
 
 @each
 def test_order_on_a_pendulum(scheme):
-    # The truth is of the highest order p there is, at steps a third of the finest: its error is
-    # 3^-p, at most 2e-4, of the smallest here.
+    # The reference has the highest order p and a third of the finest step. Its error is 3^-p, at
+    # most 2e-4, times the smallest error here.
     counts = np.unique(np.geomspace(12, 36, 7).astype(int))
     with mpmath.workdps(25):
         reference_value = pendulum(max(COMPOSITIONS.values(), key=lambda one: one.order), 108)

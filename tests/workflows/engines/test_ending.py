@@ -28,7 +28,7 @@ LONG = 1e9
 
 
 def look(watch, now, last_contact, *state):
-    """Look at a chain at a wall alone."""
+    """Return the ending that the watch sees for a chain at a wall."""
     return watch.look_at(now, last_contact, [Body(*state)])
 
 
@@ -47,8 +47,8 @@ def test_one_particle():
 
 
 def test_vibration_that_may_reach_back_is_followed_as_long_as_may_be():
-    # Springs never break: what one moment does not prove, only a long time without contact argues,
-    # where the drift is too slow for a proof to come.
+    # Harmonic bonds never break. The state gives no proof, and the drift is too slow for a later
+    # proof. Only a long time without contact gives an argument.
     state = (0.01, np.zeros(4), np.array([0.5, -0.3, 0.1, -0.3, 1e-6]))
     assert argue_end(*state, LONG, Harmonic()) is None
     watch, cap = EndWatch(5, Harmonic()), longest_collision(5, 1.0, 3.0)
@@ -57,8 +57,8 @@ def test_vibration_that_may_reach_back_is_followed_as_long_as_may_be():
 
 
 def test_a_proof_that_will_come_is_waited_for():
-    # An energy of 0.32 takes an end particle by sqrt(2 0.32 6/5) = 0.88 from where its mean is,
-    # which drifts at 0.1: 0.01 + 0.1 t is more from t = 8.7 on.
+    # An energy of 0.32 moves an end particle by up to sqrt(2 0.32 6/5) = 0.88 from its mean
+    # position. The mean drifts at 0.1, and 0.01 + 0.1 t exceeds 0.88 from t = 8.7 on.
     state = (0.01, np.zeros(4), np.array([0.5, -0.3, 0.1, -0.3, 0.5]))
     watch, cap = EndWatch(5, Harmonic()), longest_collision(5, 1.0, 3.0)
     assert look(watch, 1.001 * cap, 3.0, *state) is None
@@ -73,7 +73,8 @@ def test_an_approaching_body_is_waited_for_as_long_as_it_takes_to_meet_for_certa
     assert look(watch, 1.001 * cap, 0.0, 1.0, np.zeros(4), velocities) is None
     mean = float(velocities.mean())
     assert mean < 0.0
-    # Its mean is 1 away, and at least the energy's share behind it when particle 1 must be there.
+    # The mean must first move by 1 to the wall, and then by up to the amplitude that the energy
+    # allows.
     assert watch.followed_until(0.0) > cap + 1.0 / -mean
     assert watch.followed_until(0.0) < cap + 10.0 / -mean
 
@@ -81,16 +82,16 @@ def test_an_approaching_body_is_waited_for_as_long_as_it_takes_to_meet_for_certa
 def test_how_long_a_collision_is_followed():
     for last in (0.0, 10.0, 100.0):
         assert longest_collision(20, 1.0, last) > 20.0 * last + sound_round_trip(20, 1.0)
-        # The same motion, four times as stiff, is twice as fast.
+        # Four times the stiffness makes the motion twice as fast.
         assert longest_collision(20, 4.0, last / 2.0) == pytest.approx(
             longest_collision(20, 1.0, last) / 2.0
         )
-    # However late contacts come, an end comes too.
+    # The longest time has an upper limit, even for very late contacts.
     assert longest_collision(20, 1.0, 1e9) == longest_collision(20, 1.0, 1e8)
 
 
 def hot_piece(drift, energy, size=6):
-    """Some of seven particles that vibrate, at a mean speed, and the others far and fast away."""
+    """Return a state in which `size` of seven particles vibrate, and the others recede far away."""
     pattern = np.append([1.0, -1.0, 1.0, -1.0], {5: [0.0], 6: [1.0, -1.0]}[size])
     velocities = np.full(7, drift + 2.0)
     velocities[:size] = drift + math.sqrt(2.0 * energy / (pattern @ pattern)) * pattern
@@ -100,7 +101,7 @@ def hot_piece(drift, energy, size=6):
 
 
 def test_silence_counts_from_when_the_piece_exists():
-    # Contacts stopped long ago; the piece, whose return is unlikely but not ruled out, is new.
+    # The last contact was long ago, but the piece is new. Its return is unlikely but possible.
     broken = hot_piece(0.1, energy=0.0202)
     risk = return_risk(Body(*broken).pieces(LJ), LJ)
     assert 0.0 < risk <= RISK_ALLOWED
@@ -129,13 +130,13 @@ def test_silence_counts_anew_after(reason):
     between = {"a contact": broken, "another piece": smaller, "a risk": hotter}[reason]
     last = 0.9 * quiet if reason == "a contact" else 0.0
     assert look(watch, 0.9 * quiet, last, *between) is None
-    # What was seen in between has ended the silence, whichever state follows.
+    # The state in between has ended the silence, whatever state follows.
     assert look(watch, 1.5 * quiet, last, *broken) is None
     assert look(watch, 2.6 * quiet, last, *broken).kind == "argued"
 
 
 def long_piece(size, particles=900):
-    """Particles that vibrate as one cold piece with energy to break a bond, the others far off."""
+    """Return a state with a cold piece that has the energy to break a bond, and a distant rest."""
     velocities = np.full(particles, 2.1)
     velocities[:size] = 0.1 + math.sqrt(2.0 * 0.1 / size) * (-1.0) ** np.arange(size)
     strains = np.zeros(particles - 1)
@@ -145,7 +146,7 @@ def long_piece(size, particles=900):
 
 @pytest.mark.parametrize(("size", "anew"), [(849, False), (848, False), (847, True)])
 def test_a_long_piece_may_lose_a_few_in_silence(size, anew):
-    # 850 // 400 = 2 of them.
+    # The piece may lose 850 // 400 = 2 particles.
     before, after = long_piece(850), long_piece(size)
     for state in (before, after):
         assert 0.0 < return_risk(Body(*state).pieces(LJ), LJ) <= RISK_ALLOWED
@@ -166,19 +167,21 @@ def test_few_losses_of_a_long_piece_add_up():
 
 
 def test_a_piece_under_way_to_the_wall_is_waited_for():
-    # Its mean has 50 to go at 0.05: 1000, and a tenth more.
+    # The mean moves 50 at speed 0.05, which takes 1000. The engine waits a tenth longer.
     state = hot_piece(-0.05, energy=1e-4)
     watch, late = EndWatch(7, LJ), 1.01 * longest_collision(7, 1.0, 0.0)
     assert look(watch, late, 0.0, *state) is None
     assert watch.followed_until(0.0) == pytest.approx(late + 1100.0)
-    # It comes no nearer: all in all it is waited for no longer than 300 crossings of 7.
+    # The piece comes no nearer. In total, the engine waits for at most 300 sound crossings of 7
+    # particles.
     assert look(watch, 1050.0 + late, 0.0, *state) is None
     assert look(watch, 2200.0 + late, 0.0, *state).kind == "open"
 
 
 def test_nothing_is_argued_while_the_first_piece_approaches(monkeypatch):
     monkeypatch.setattr(end_watch, "ARRIVAL_CROSSINGS", 0.0)
-    # The momentum is that of a particle far away; no silence makes up for the direction.
+    # The positive momentum is that of a distant particle. While the piece approaches, no silence is
+    # an argument.
     state = hot_piece(-0.05, energy=1e-4)
     assert state[2].sum() > 0.0
     assert argue_end(*state, LONG, LJ) is None
@@ -187,8 +190,8 @@ def test_nothing_is_argued_while_the_first_piece_approaches(monkeypatch):
         assert look(watch, now, 0.0, *state) is None
     ending = look(watch, 1.01 * cap, 0.0, *state)
     assert ending.kind == "open"
-    # Six particles that turn round at most: 2 m V and what their vibration adds,
-    # sqrt((m V)^2 + 2 m I) - m V = m I/(m V) at first order.
+    # At most, six particles reverse their velocity, which gives 2 m V. Their vibration adds sqrt((m
+    # V)^2 + 2 m I) - m V, which is m I/(m V) at first order.
     assert ending.missed_momentum == pytest.approx(2.0 * 6 * 0.05 + 1e-4 / 0.05, rel=0.01)
 
 
@@ -205,7 +208,7 @@ def test_no_contact_gives_more_than_is_reckoned_with():
 
 
 def test_the_ends_of_a_broken_bond_are_bound_to_pieces_of_their_own():
-    """Two-body energy said of this one that bond 1 is broken for good; it hits the wall again."""
+    """Use a chain that hits the wall again although by its energy bond 1 seems broken."""
     strains, velocities = np.array([0.5, 0.0]), np.array([0.001, 0.30, -0.25])
     for silence in (0.0, LONG):
         assert argue_end(0.05, strains, velocities, silence, LJ) is None
@@ -214,7 +217,7 @@ def test_the_ends_of_a_broken_bond_are_bound_to_pieces_of_their_own():
     for now in (100.0, 200.0):
         found = follow(scene.problem, *state, now=now, last_contact=100.0, shortest=0.9)
         assert found.ending is None
-        # The judge (tests/judge/judge.py) says 3.819; steps of order 8 are good to 1e-6.
+        # The judge (tests/judge/judge.py) gives 3.819; steps of order 8 have an error of 1e-6.
         assert found.time == pytest.approx(now + 3.819, abs=1e-3)
 
 
@@ -225,15 +228,16 @@ def test_particle_1_alone_may_approach_while_its_piece_recedes():
 def test_pieces_that_will_meet_are_not_over():
     strains = np.array([0.0, 6.0, 0.0])
     assert argue_end(1.0, strains, np.array([0.2, 0.2, 0.5, 0.5]), 0.0, LJ) == "proved"
-    catching_up = np.array([0.2, 0.2, 0.9, -0.7])  # bond 2 opens, piece 2 is slower
+    catching_up = np.array([0.2, 0.2, 0.9, -0.7])  # bond 2 opens, but piece 2 is slower
     assert argue_end(1.0, strains, catching_up, LONG, LJ) is None
 
 
 @pytest.mark.parametrize("bond", [Harmonic(), Toda(), LJ], ids=lambda bond: bond.name)
 @pytest.mark.parametrize("size", [2, 3, 6])
 def test_the_energy_of_a_return_is_not_overestimated(bond, size):
-    # Particle 1 at the wall, and not receding: the m - 1 bonds are stretched by what the mean has
-    # gone, and it moves against the mean. Minimise the energy of that numerically.
+    # In the state with the least energy, particle 1 is at the wall and does not recede. The m - 1
+    # bonds are stretched by the displacement of the mean, and particle 1 moves against the mean.
+    # This energy is minimised numerically.
     weights = np.arange(size - 1, 0, -1) / size
     displacement, drift = 0.02 * size, 0.01
 
@@ -245,8 +249,8 @@ def test_the_energy_of_a_return_is_not_overestimated(bond, size):
         np.full(size - 1, displacement / weights.sum()),
         jac=lambda strains: -bond.force(strains),
         constraints={"type": "eq", "fun": lambda s: weights @ s - displacement},
-        # The search line's own rounding shows at 1e-14 of the energy; a search asked for that
-        # much stops with or without success, as the processor's last bits will have it.
+        # Rounding in the line search is about 1e-14 of the energy. With such a tolerance, success
+        # would depend on the last bits of the processor.
         options={"ftol": 1e-10},
     )
     assert found.success
@@ -255,18 +259,18 @@ def test_the_energy_of_a_return_is_not_overestimated(bond, size):
     pattern -= pattern.mean()
 
     def verdict(internal):
-        """Of a piece, unstrained and with its mean displaced, of this internal energy."""
+        """Return the argument for an unstrained piece with this internal energy."""
         speed = np.sqrt(2.0 * internal / np.sum(pattern**2))
         return argue_end(displacement, np.zeros(size - 1), drift + speed * pattern, 0.0, bond)
 
     assert verdict(1.001 * least) is None
-    # Margins for coarse steps, 1.01, and bounds that are not the minimum itself, take the rest.
+    # The factor of 0.5 covers the margin of 1.01 for coarse steps and bounds above the minimum.
     assert verdict(0.5 * least) == "proved"
 
 
 def test_a_strained_piece_is_weighed_by_its_mean_displacement():
-    # D is the mean of u, whichever bond is strained; the last one moves it least. The cheapest way
-    # to stretch springs so far, s_i proportional to their weights, costs D^2/(2 sum w_i^2).
+    # D is the mean of u. A strain of the last bond moves it least. The least energy that stretches
+    # harmonic bonds by D is D^2/(2 sum w_i^2), with s_i proportional to the weights w_i.
     displacements = np.array([0.3, 0.3, 0.3, 0.32])
     mean, squares = displacements.mean(), (1.0 + 4.0 + 9.0) / 16.0
     drift = 1e-3
@@ -299,7 +303,8 @@ SCENES = [
 
 @pytest.mark.parametrize("fields", SCENES, ids=lambda f: f"{f['potential']}-{f['particles']}")
 def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
-    # Let the engine go on exactly for eight sound crossings after the first verdict, and watch.
+    # The engine continues with exact steps for eight sound crossings after the first ending. No
+    # contact may follow.
     scene = Scene(**fields)
     look, seen = EndWatch.look_at, []
 
@@ -308,7 +313,8 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
         if ending is not None and not seen:
             seen.append((now, last_contact))
         long = seen and now > seen[0][0] + 8.0 * scene.particles
-        # Where the end was seen at the cap, the engine has followed the chain for long already.
+        # If the end was given at the longest time, the engine has already followed the chain for
+        # long.
         return (
             ending if long or now > longest_collision(scene.particles, 1.0, last_contact) else None
         )
@@ -316,7 +322,7 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
     stays_clear = LookAhead.stays_clear
 
     def patiently_off(self, until):
-        # What energy alone rules out, from some time on.
+        # From this time on, energy rules out a contact.
         off, time, evaluations = stays_clear(self, until)
         run_state = self._moving.run_state
         now, last_contact = run_state.steps * self._stepper.step, float(run_state.last_contact)
@@ -335,9 +341,9 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
 
 
 def test_what_is_unlikely_in_a_long_chain_is_not_taken_for_impossible():
-    # 2000 particles that hold 1.3 times what breaks a bond: all of it in one bond has a chance of
-    # (1 - 1/1.3)^1998, which underflows. And this chain has not even moved away: its mean is nearer
-    # to the wall than at rest, and it does hit the wall, 1.3 later.
+    # These 2000 particles have 1.3 times the energy that breaks a bond. The probability that one
+    # bond has this energy, (1 - 1/1.3)^1998, underflows. However, the mean of this chain is nearer
+    # to the wall than without vibration, and the chain hits the wall after a time of 1.3.
     size, drift = 2000, 0.0132
     wave = np.cos(np.pi * (np.arange(size) + 0.5) / size)
     kinetic = 1.3 * LJ.dissociation
@@ -350,9 +356,10 @@ def test_what_is_unlikely_in_a_long_chain_is_not_taken_for_impossible():
 
 
 def test_two_particles_are_off_the_wall_when_no_energy_reaches_it():
-    # v0 = 0.1, now 0.06: 1.01 0.01 - 0.0036 = 0.0065 is inside, and as much as 0.0036 of it is the
-    # motion by which particle 1 would still approach. What is left bends the bond by sqrt(2 E),
-    # particle 1 by half of that, and the mean makes up for it at 0.06.
+    # With v0 = 0.1 and a speed of 0.06, the internal energy is 1.01 0.01 - 0.0036 = 0.0065. Of
+    # this, at least 0.0036 is the motion by which particle 1 would still approach. The rest, E,
+    # strains the bond by sqrt(2 E) and moves particle 1 by half of this, which the mean covers at
+    # speed 0.06.
     reach = 0.5 * (2.0 * ((1.0 + ENERGY_MARGIN) * 0.01 - 0.0072)) ** 0.5
     for distance in (0.0, 0.01, 0.1):
         found = certain_at(Harmonic(), 0.1, 0.12, distance, np.zeros(1), 3.0, 0.0)

@@ -20,7 +20,8 @@ NAMES = [bond.name for bond in BONDS]
 class TestFragments:
     def test_a_bond_breaks_by_energy_not_by_length(self):
         assert count_fragments(np.array([1.7]), np.array([0.0, 0.01]), LJ) == 1
-        # U(1.2) = (1.2^-6 - 1)^2/72 = 0.00614; 0.00775 more, w^2/4, break it: w = 0.176.
+        # U(1.2) = (1.2^-6 - 1)^2/72 = 0.00614. A further energy of w^2/4 = 0.00775 breaks the bond:
+        # w = 0.176.
         for opening, pieces in ((0.175, 1), (0.177, 2)):
             assert count_fragments(np.array([0.2]), np.array([0, opening]), LJ) == pieces
 
@@ -36,12 +37,14 @@ class TestPieces:
         assert found.sizes.tolist() == [2, 2]
         assert found.speeds == pytest.approx([0.1, 1.1])
         assert found.displacements == pytest.approx([0.5, 9.5])
-        # The second moves inside with 2 (0.1)^2/2, its energy is taken with a margin and the pull.
+        # The second piece has an internal energy of 2 (0.1)^2/2; a margin and the pull of the bond
+        # are added.
         assert 0.01 <= found.energies[1] <= 0.012
         assert found.return_risk == 0.0
 
     def test_pieces_are_bound_by_the_energy_of_their_relative_motion(self):
-        # Of the reduced mass 1/(1/4 + 1/8), against what their stretched bond still lacks.
+        # The kinetic energy of the reduced mass 1/(1/4 + 1/8) is compared with the energy that the
+        # stretched bond lacks to break.
         strains = np.where(np.arange(11) == 3, 1.0, 0.0)
         bound = math.sqrt(2.0 * (LJ.dissociation - float(LJ.energy(np.array(1.0)))) * (3.0 / 8.0))
         for speed, sizes in ((0.99 * bound, [12]), (1.01 * bound, [4, 8])):
@@ -53,8 +56,8 @@ class TestPieces:
         assert found.sizes.tolist() == [2]
 
     def test_pieces_do_not_flicker_with_the_vibration_of_their_ends(self):
-        # Two pairs that part for good. The ends at the gap swing to and fro, so that whether the
-        # bond "opens with enough energy" changes with their phase; how the pieces move does not.
+        # Two pairs separate permanently. Their ends at the gap vibrate, so that the energy with
+        # which the bond opens depends on the phase. The motion of the pieces does not.
         fragments, sizes = set(), set()
         for phase in np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False):
             swing, speed = 0.02 * np.sin(phase), 0.11 * np.cos(phase)
@@ -83,13 +86,13 @@ def test_the_strains_of_an_energy(bond, energy):
         assert high * (1.0 - 1e-9) <= longest <= 1.001 * high
 
 
-# Older versions of SciPy say when a step of the search was cut at its bounds.
+# Older versions of SciPy warn if bounds shorten a step of the search.
 @pytest.mark.filterwarnings("ignore:Values in x were outside bounds:RuntimeWarning")
 @pytest.mark.parametrize("bond", BONDS, ids=NAMES)
 @pytest.mark.parametrize("particles", [2, 3, 6])
 @pytest.mark.parametrize("energy", [1e-4, 5e-3, 0.012])
 def test_no_end_gets_farther_than_its_reach(bond, particles, energy):
-    # Maximise D = sum w_i s_i where the bonds have the energy, from several starts.
+    # D = sum w_i s_i is maximised at a given energy of the bonds, from several starts.
     weights = np.arange(1, particles) / particles
     scale = math.sqrt(2.0 * energy)
     random = np.random.default_rng(3)
@@ -113,7 +116,8 @@ def test_no_end_gets_farther_than_its_reach(bond, particles, energy):
     bound = reach(bond, energy, Lever.of(np.ones(particles)))
     assert farthest > 0.3 * scale
     assert farthest <= bound * (1.0 + 1e-9)
-    # A bound that says something; of one spring it is the amplitude itself, to the grid's 1e-3.
+    # The bound is not too wide. For a harmonic bond, it is the amplitude, within 1e-3 from the
+    # grid.
     assert bound < 3.0 * farthest
     if bond.name == "harmonic":
         assert bound == pytest.approx(farthest, rel=2e-3)
@@ -128,7 +132,7 @@ def test_reach_ends_where_bonds_may_break():
 @pytest.mark.parametrize("particles", [2, 3, 7])
 @pytest.mark.parametrize("speed", [1e-3, 0.05, 0.3])
 def test_the_least_energy_of_an_escape(particles, speed):
-    # The end particle has left its bond behind, at the speed -u relative to the mean.
+    # The end particle has broken its bond and moves at the speed -u relative to the mean.
     found = minimize(
         lambda v: 0.5 * float(v @ v) / speed**2,
         np.linspace(-speed, speed, particles),
@@ -147,14 +151,14 @@ def test_the_least_energy_of_an_escape(particles, speed):
 
 
 def test_a_bond_over_its_barrier_brings_particle_1_back_at_any_speed():
-    # Two particles have one bond, which holds all the energy again and again.
+    # The bond between two particles has all the energy again and again.
     bond = Power(3, -1.0)
     assert escape_risk(bond, 1.01 * bond.barrier, Lever.of(np.ones(2)), 100.0, 1.0) == 1.0
     assert escape_risk(bond, 0.99 * bond.barrier, Lever.of(np.ones(2)), 0.01, 1e9) == 0.0
 
 
 def test_the_risk_of_one_vibration_is_that_of_energy_shared_freely():
-    # Energies of m - 1 vibrations that share I freely are uniform on a simplex.
+    # If m - 1 vibrations share the energy I at random, their energies are uniform on a simplex.
     particles, speed, energy = 6, 0.1, 0.05
     needed = LJ.dissociation + 0.5 * speed**2 * particles / (particles - 1)
     shares = np.random.default_rng(2).dirichlet(np.ones(particles - 1), 100_000)
@@ -175,7 +179,7 @@ def test_the_risk_never_falls_with_energy_or_patience():
 
 @pytest.mark.slow
 def test_what_is_proved_is_never_followed_by_a_contact():
-    """Random states of one to three pieces, and an integrator that runs on and argues no end."""
+    """Compare proofs for random states of one to three pieces with the judge."""
     proved = 0
     for index in range(250):
         state = draw_state(5, index)
@@ -196,6 +200,7 @@ def test_levers_of_all_pieces_are_those_of_each(cuts):
     sizes = np.diff(np.append(starts, 20))
     pieces = np.split(masses, starts[1:])
     for (first, last), piece in zip(levers_of(masses, starts, sizes), pieces, strict=True):
-        # Sums over a chain round to an epsilon of its mass a particle, 1e4 times that of some.
+        # Sums over a chain round by an epsilon of the total mass per particle, which is 1e4 times
+        # some masses.
         assert first == pytest.approx(Lever.of(piece), rel=1e-10, abs=1e-10)
         assert last == pytest.approx(Lever.of(piece[::-1]), rel=1e-10, abs=1e-10)

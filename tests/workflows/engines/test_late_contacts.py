@@ -16,8 +16,7 @@ from chaincor.workflows.engines.reference.look_ahead import LookAhead
 from chaincor.workflows.engines.reference.moving import Motion
 from chaincor.workflows.showing.text import describe_result
 
-# Three integrators that share no code with the engines gave these values, and all digits shown are
-# certain.
+# Three integrators that share no code with the engines gave these values. All digits are certain.
 LATE = {
     28: (1.47, 27, 38.808724, 0.80498439256),
     25: (1.45, 24, 34.812703, 0.80185364884),
@@ -32,12 +31,12 @@ def check(engine, particles, tolerance, endings=("proved", "argued")):
     )
     assert result.contacts == contacts
     assert result.ending in endings
-    # A late contact that hardly different motions have would be in the bar.
+    # The error bar would include a late contact of slightly different motions.
     assert result.tolerance_met == (result.ending != "open")
-    # Half a unit of the last digit shown is known no better.
+    # The known value is rounded by half a unit of the last digit.
     assert abs(result.restitution - restitution) <= result.restitution_error + 5e-12
     assert f"end                    {result.ending}: " in describe_result(result)
-    # Times are off by what eta is off by and a thousand times more in so sensitive a collision.
+    # In such a sensitive collision, errors of times are up to a thousand times that of eta.
     assert result.last_contact_time == pytest.approx(last, abs=1e3 * tolerance)
 
 
@@ -49,12 +48,12 @@ def test_late_contacts_are_found(engine, particles):
 
 @pytest.mark.slow
 def test_late_contacts_of_a_long_chain_are_found():
-    # The last digits decide whether one more contact comes after thousands of units of time.
+    # The last digits decide whether a further contact follows after thousands of time units.
     check("reference", 117, 1e-6, ("argued", "open"))
 
 
-# Of twelve motions with errors of 1e-9 by another integrator, so many hit the wall once more than
-# the run does that ours takes for the collision, hundreds of units of time after its last contact.
+# Another integrator computed twelve motions of each chain with errors of 1e-9. Of these, this many
+# hit the wall once more than the engine's run, hundreds of time units after its last contact.
 CHAOTIC = {(157, 1.4869): 10, (48, 1.3505): 4, (77, 1.4979): 3}
 
 
@@ -63,7 +62,7 @@ CHAOTIC = {(157, 1.4869): 10, (48, 1.3505): 4, (77, 1.4979): 3}
 def test_what_the_last_digits_decide_is_in_the_bar(particles, speed):
     scene = Scene(potential="lj", particles=particles, speed=speed, engine="reference")
     result = collide(scene, tolerance=1e-6)
-    # One more contact gives the chain some 0.1 of momentum: eta changes by 1e-3 at the least.
+    # A further contact changes the momentum by some 0.1, and eta by at least 1e-3.
     assert result.ending == "open"
     assert result.error_parts.ending > 1e-3
     assert result.tolerance_met is False
@@ -78,8 +77,8 @@ def test_a_contact_that_only_the_run_itself_misses_is_in_the_bar(monkeypatch):
 
 
 def test_other_motions_are_followed_only_if_a_return_is_not_unlikely(monkeypatch):
-    # Soon after the last contact the estimated risk of a return is 0.013 in the first scene; in the
-    # second it is 1.
+    # Soon after the last contact, the estimated risk of a return is 0.013 in the first scene and 1
+    # in the second.
     numerics, follow_again = Numerics(scheme="order8", timestep=0.1), LookAhead._follow_again
     for particles, speed, alone in ((100, 0.8, True), (48, 1.3505, False)):
         scene = Scene(potential="lj", particles=particles, speed=speed)
@@ -101,7 +100,8 @@ def test_other_motions_are_followed_only_if_a_return_is_not_unlikely(monkeypatch
 
 
 def test_a_long_broken_chain_is_followed_again_from_its_last_contact(monkeypatch):
-    # The same motion as above, as if it were long: from the first contact on it would be another.
+    # The chain of the test above is treated as a long chain. If it were followed again from its
+    # first contact, its motion would differ.
     scene = Scene(potential="lj", particles=48, speed=1.3505)
     numerics = Numerics(scheme="order8", timestep=0.05)
     whole = stepping.run(scene.problem, numerics)
@@ -129,8 +129,8 @@ def test_one_that_takes_all_cores_is_not_followed_again(monkeypatch):
 
 @pytest.mark.slow
 def test_what_comes_after_a_long_silence_amplifies_rounding():
-    # The last contact comes at 1253, long after the others. By steps of order 4 ever smaller eta
-    # comes out between 0.781748 and 0.781753, as their roundings have it.
+    # The last contact comes at t = 1253, long after the other contacts. Decreasing steps of order 4
+    # give an eta between 0.781748 and 0.781753, depending on rounding.
     scene = Scene(potential="lj", particles=106, speed=1.4236556803982834, engine="reference")
     result = collide(scene, tolerance=1e-6)
     assert result.ending == "open" or result.error_parts.rounding > 1e-6
@@ -148,7 +148,8 @@ def test_contacts_of_only_one_of_two_runs_are_in_doubt():
     assert doubted.ending.kind == "open"
     assert doubted.ending.missed_momentum == 2.0 * whole.contact_speeds[-1]
     assert with_doubts(whole, [whole]).ending == whole.ending
-    # A contact in mid collision that one run has and the other has not says nothing of the end.
+    # A contact in the middle of the collision that only one of two runs has does not affect the
+    # end.
     times, speeds = (np.delete(each, 5) for each in (whole.contact_times, whole.contact_speeds))
     without = replace(whole, contact_times=times, contact_speeds=speeds)
     assert with_doubts(whole, [without]).ending == whole.ending
@@ -158,8 +159,8 @@ def test_contacts_of_only_one_of_two_runs_are_in_doubt():
 
 @pytest.mark.slow
 def test_a_graze_of_a_long_chain_is_no_late_contact():
-    # At twice the step one of 1711 contacts is missing, long before the last; a run that was asked
-    # for a hundredth of the tolerance has the same 1711.
+    # The run at twice the step lacks one of 1711 contacts, long before the last. A run with a
+    # hundredth of the tolerance also has 1711 contacts.
     result = collide(Scene(particles=2000, engine="reference"))
     assert result.tolerance_met
     assert result.contacts == 1711
@@ -167,8 +168,9 @@ def test_a_graze_of_a_long_chain_is_no_late_contact():
 
 
 def test_an_open_end_widens_the_bar_and_says_so(monkeypatch):
-    # The first piece approaches until 34.6, and hits the wall after 38.8. Give up at 34.37: 2.87
-    # after the 26th contact, a little more than the 2.77 between that and the one before.
+    # The first piece approaches until t = 34.6 and hits the wall at t = 38.8. Here, the engine
+    # gives up at t = 34.37, a time of 2.87 after contact 26. The interval between contacts 25 and
+    # 26 is 2.77.
     scene = Scene(potential="lj", particles=28, speed=1.47, engine="reference")
     monkeypatch.setattr(end_watch, "ARRIVAL_CROSSINGS", 0.0)
     monkeypatch.setattr(end_watch, "FOLLOWED_TIMES", 1.0)
@@ -179,7 +181,7 @@ def test_an_open_end_widens_the_bar_and_says_so(monkeypatch):
     assert result.error_parts.ending > 1e-3
     assert result.tolerance_met is False
     assert "a piece of the broken chain may still hit the wall" in result.reason
-    # The error bar includes the effect of the contact that was not waited for.
+    # The error bar includes the effect of the contact that the engine did not wait for.
     assert 1e-2 < abs(result.restitution - LATE[28][3]) <= result.restitution_error
     said = describe_result(result)
     assert "end                    open: another contact may still come; the error bar" in said

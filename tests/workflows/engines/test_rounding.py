@@ -1,4 +1,4 @@
-"""Test how many digits of a number rounding leaves."""
+"""Test the estimate of rounding errors."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from chaincor.workflows.engines.rounding import rounding_of
 def test_rounding_grows_with_the_root_of_the_number_of_steps():
     scene = Scene(potential="lj", particles=3, engine="reference")
     coarse = stepping.run(scene.problem, Numerics(scheme="verlet", timestep=0.01))
-    # So short that the walk is more than the floor of the arithmetic.
+    # The step is so short that the random walk exceeds the minimum rounding error.
     short = replace(coarse, timestep=1e-8)
     shorter = replace(coarse, timestep=1e-10)
     assert rounding_of(coarse) <= rounding_of(short)

@@ -23,7 +23,7 @@ from tests.waiting import HANGS
 from tests.workflows.engines.reference.loops.test_cached_kernels import arguments, loop
 
 LJ = Scene(potential="lj", particles=24, speed=0.9)
-# Each ends with a look ahead in coarse steps, where the engine has such looks.
+# Each run ends with a look ahead in coarse steps, if its engine has one.
 RUNS = {
     "composed": lambda: stepping.run(LJ.problem, Numerics(scheme="order8", timestep=0.2)),
     "extrapolated": lambda: stepping.run(
@@ -87,7 +87,7 @@ def test_compilation_is_stopped_and_done_again_later(tmp_path, monkeypatch, pass
 
 
 class Counted:
-    """Loops whose calls are noted."""
+    """Loops that record their calls."""
 
     def __init__(self, kernels):
         self.steps, self._advance = [], kernels.advance
@@ -127,7 +127,7 @@ def test_lammps_comes_back_too(tmp_path, monkeypatch):
     assert [int(command.split()[1]) for command in sent] == [5, 5, 3]
 
 
-# The command, which says when a compiled loop over a million particles is entered.
+# The program prints a line when it enters a compiled loop over a million particles.
 LARGE = """
 import sys
 from chaincor.workflows.engines import time_limit
@@ -157,9 +157,9 @@ def test_a_million_particles_can_be_stopped(engine):
         text=True,
     ) as process:
         assert process.stdout.readline() == "COMPUTES\n"  # for days, on any machine
-        time.sleep(1.0)  # to somewhere inside, anywhere will do
+        time.sleep(1.0)  # any time within the loop serves
         process.send_signal(signal.SIGTERM)
-        # A second or two; a loop that did not come back would take far longer than this.
+        # This takes a second or two. A loop that does not return would take far longer.
         try:
             _, err = process.communicate(timeout=HANGS)
         finally:

@@ -25,11 +25,11 @@ def home(tmp_path, monkeypatch):
 def test_a_cell_run_again_goes_no_deeper_and_overwrites_nothing(home):
     begin("1_lesson")
     assert Path.cwd() == home / "1_lesson_files"
-    begin("1_lesson")  # nothing is in it yet
+    begin("1_lesson")  # the folder is empty
     assert Path.cwd() == home / "1_lesson_files"
     Path("mine").write_text("1")
     begin("1_lesson")
-    # Texts of lessons name the folder, which is that of the last run.
+    # Texts of lessons name this folder, which always belongs to the last run.
     assert Path.cwd() == home / "1_lesson_files"
     assert not list(Path.cwd().iterdir())
     assert (home / "1_lesson_files_earlier" / "mine").read_text() == "1"

@@ -1,4 +1,4 @@
-"""Test that every exercise knows its answer and tells usual mistakes apart."""
+"""Test that every exercise accepts its answer and names usual mistakes."""
 
 import math
 import sys
@@ -21,7 +21,7 @@ from chaincor.workflows.lessons.exercise import (
 
 NAMES = [name for lesson in LESSONS for name in exercises_of(lesson)]
 J = np.arange(10)
-E = 0.95242  # what lesson 1 prints
+E = 0.95242  # values that lesson 1 prints
 
 
 def acceleration(u, sign=1.0):
@@ -33,7 +33,7 @@ def lj_energy(r):
     return (r**-12 - 2 * r**-6 + 1) / 72
 
 
-# These are answers that students may give, with a part of the expected reply.
+# These are answers that students may give, each with a part of the expected reply.
 WRONG = {
     # eta and e, energy and momentum
     "1.1": [
@@ -203,7 +203,7 @@ WRONG = {
 
 
 def said_by(exercise):
-    """Return what an exercise says of the answers it knows, the right one first."""
+    """Return the replies of an exercise to all answers that it knows, the right answer first."""
     arguments = exercise.arguments() if exercise.arguments else ()
     return [says for _, says in exercise.answers(*arguments)]
 
@@ -212,7 +212,7 @@ def said_by(exercise):
 @pytest.mark.parametrize("name", NAMES)
 def test_an_exercise_takes_its_own_truth(name):
     exercise = find_exercise(name)
-    # No mistake is taken for the right answer or for another mistake.
+    # No mistake may be taken for the right answer or for another mistake.
     for k, says in enumerate(said_by(exercise)):
 
         def answer(*arguments, k=k):
@@ -246,7 +246,7 @@ def test_five_mistakes_or_so_are_known_of_each_lesson():
 
 
 def knows(number):
-    """Return the answers of an exercise that knows the right one alone."""
+    """Return the answers of an exercise that knows only the right answer."""
     return lambda: iter([(number, RIGHT)])
 
 
@@ -295,7 +295,7 @@ def test_a_number_in_place_of_a_function_and_one_of_many():
 
 
 class Unspeakable:
-    """What can be neither made a number nor printed."""
+    """Object that can be neither converted to a number nor printed."""
 
     def __array__(self, *_, **__):
         raise RuntimeError("no array")
@@ -366,7 +366,7 @@ def test_no_such_exercise(name):
 def test_an_answer_rounded_to_fewer_digits_is_reported(name, answer, digits):
     verdict = check(name, answer)
     assert not verdict
-    # 2.0 is what a chain answers that loses nothing: a mistake of its own.
+    # The answer 2.0 is that of a chain without losses, which the exercise names as a mistake.
     assert verdict.says.startswith(
         f"right to {digits} digits" if digits else "not yet: a chain that keeps"
     )

@@ -1,4 +1,4 @@
-"""Test that right answers in odd forms are right, and that mistakes are named correctly."""
+"""Test that right answers in unusual forms are accepted, and that mistakes are named correctly."""
 
 import math
 from fractions import Fraction
@@ -13,7 +13,7 @@ from chaincor.workflows.lessons.judging import numbers_in
 from tests.workflows.lessons.test_exercises import WRONG, acceleration
 
 J = np.arange(10)
-# The right answers are computed by hand or quoted from the pages, not taken from the exercises.
+# The right answers are computed by hand or quoted from pages, independently of the exercises.
 NUMBERS = {
     "1.1": [1.0, 1.0],
     "1.2": 1.0 - 0.95242**2,
@@ -54,7 +54,7 @@ def percent_of(value):
 
 
 def rounded(value, digits):
-    """Round to so many digits of the largest number, as one who types all with equal decimals."""
+    """Round all numbers to equal decimals, with the given digits for the largest number."""
     decimals = digits - 1 - int(np.floor(np.log10(np.max(np.abs(value)))))
     return np.round(value, decimals).tolist()
 
@@ -88,7 +88,7 @@ FUNCTIONS = [
     ("3.3", lambda x, v, a: (-v - np.sqrt(v * v - 2 * a * x)) / a),
     ("3.3", lambda x, v, a: 2 * x / (np.sqrt(v * v - 2 * a * x) - v)),
     ("4.4", lambda j, n: -np.sqrt(2 / n) * np.cos(np.pi * j * (np.arange(n) + 0.5) / n)),
-    # Counted from the far end it is the same mode: of odd j all signs are turned.
+    # Counted from the far end, the mode is the same, except for the sign of modes with odd j.
     ("4.4", lambda j, n: np.sqrt(2 / n) * np.cos(np.pi * j * (n - np.arange(n) - 0.5) / n)),
     ("4.4", lambda j, n: [(2 / n) ** 0.5 * np.cos(np.pi * j * (i + 0.5) / n) for i in range(n)]),
     ("6.1", acceleration),
@@ -225,11 +225,11 @@ SINGLE = [name for name, value in NUMBERS.items() if np.ndim(value) == 0]
 @pytest.mark.parametrize("factor", OFF)
 def test_nothing_is_made_up_about_an_answer_that_is_just_wrong(name, factor):
     if name == "3.1" and 0.87 <= factor <= 1.13:
-        return  # within the scatter of the points that are fitted
+        return  # within the scatter of the fitted points
     for digits in (2, 3, 6):
         answer = rounded(NUMBERS[name] * factor, digits)
         says = check(name, answer).says
-        # By accident it may be a mistake, to the digits that it is given with.
+        # A wrong answer may by accident equal a known mistake, within its digits.
         near = [
             v
             for v in mistakes_of(name)
@@ -247,12 +247,13 @@ def mistakes_of(name):
 @pytest.mark.parametrize(
     ("name", "answer", "says"),
     [
-        # Loose exercises have been read as roots, reciprocals and squares of their answers.
+        # Exercises with a wide tolerance once accepted roots, reciprocals and squares of their
+        # answers.
         ("3.1", 1.4, "not yet: it is too small"),
         ("3.1", 0.5, "not yet: it is too small"),
         ("7.2", 1.06, "not yet: it is too large"),
         ("7.4", 0.01, "not yet: it is too small"),
-        # Digits and what is asked of them.
+        # Answers with few digits, and the accuracy that the exercises require.
         ("5.2", 0.103, "right"),
         ("4.1", np.round(2.0 * np.sin(np.pi * J / 20), 2), "right"),
         ("4.3", 0.18, "right to 2 digits: give three digits, or an expression"),
@@ -282,7 +283,7 @@ def mistakes_of(name):
         ("1.4", 0.95, "not yet: it is too large"),
         ("3.4", -1e-4, "right"),
         ("5.2", 0.8 * 0.128, "not yet: it is too small, by less than 1 %"),
-        # Mistakes that had no name.
+        # Mistakes that once had no name.
         (
             "2.2",
             lambda r: r**-13 - r**-7,

@@ -135,7 +135,7 @@ def test_what_windows_cannot_do_is_in_no_lesson(page, command):
 
 def test_a_picture_that_no_code_draws_is_in_the_notebook(page):
     cells = nbformat.reads(notebook(page), as_version=4).cells
-    # JupyterLab shows a picture in SVG from its address, and none that is attached.
+    # JupyterLab shows an SVG picture from its address, but not an attached one.
     (data,) = re.findall(
         r"!\[What no code of the page draws.\]\(data:image/svg\+xml;base64,(.*)\)",
         "\n".join(cell.source for cell in cells),
@@ -148,7 +148,7 @@ def test_hand_in_has_the_question_and_not_the_solution(page):
     assert "How much?" in text
     assert "Next: more." in text
     assert sources(text)[-1] == 'check("1.1", ...)'
-    # The text must not say what a picture shows either, because an exercise may ask for it.
+    # The text must not describe the picture, because an exercise may ask for its content.
     for gone in ("Solution", "So much", "secret", "details", "What the plot at 1 v", "another"):
         assert gone not in text
 
@@ -171,9 +171,9 @@ def test_a_lesson_hides_all_of_its_solutions(name):
 @pytest.mark.parametrize("name", PAGES)
 def test_a_lesson_runs_from_a_clean_kernel(name, tmp_path, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]))
-    # As where Jupyter was started without activating the environment.
+    # The path is that of a Jupyter that was started without activating the environment.
     monkeypatch.setenv("PATH", os.defpath)
-    # First the notebook to be handed in, which must do without solutions; then these, in order.
+    # First the cells of the notebook without solutions run; then the solutions run in order.
     book = nbformat.reads(notebook(PAGES[name], solutions=False), as_version=4)
     asked = [cell.source for cell in book.cells if cell.cell_type == "code"]
     for cell in nbformat.reads(notebook(PAGES[name]), as_version=4).cells:
@@ -195,7 +195,7 @@ def test_a_lesson_runs_from_a_clean_kernel(name, tmp_path, monkeypatch):
             assert "".join(output.text for output in cell.outputs).strip(), cell.source
     shown = [str(output) for cell in book.cells for output in cell.get("outputs", [])]
     assert sum("image/png" in text for text in shown) >= 1
-    # Each picture that a page has words for is shown once, with these words.
+    # Each picture with an alternative text is shown once, with this text.
     texts = [
         output.metadata["image/png"]["alt"]
         for cell in book.cells

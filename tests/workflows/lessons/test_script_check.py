@@ -67,7 +67,7 @@ def test_an_empty_script_has_five_empty_parts_and_is_not_run(report_on):
     assert report.parts == dict.fromkeys(PARTS, ("nothing yet",))
 
 
-# Each case changes or omits one line, and names the faulty part and a piece of the message.
+# Each case changes or omits a line, and gives the faulty part and a piece of the message.
 FAULTS = [
     ("units           lj\n", "", 0, "write `units lj`"),
     ("units           lj", "units real", 0, "`units real`: the chain has no units"),
@@ -101,7 +101,7 @@ FAULTS = [
     ("timestep        0.01", "time_step 0.01", 4, "write `timestep`"),
     ("thermo          100\n", "", 4, "no `thermo`"),
     ("run             2500\n", "", 4, "no `run`"),
-    # Words of the lesson's table that stand for a value.
+    # Words in the lesson's table that stand for a value.
     ("run             2500", "run N", 4, "`run N`: write the number of steps in place of N"),
     ("1 0.5 1.0", "1 K 1.0", 2, "write half the stiffness of a bond in place of K"),
     ("1 0.5 1.0", "1 0.5 R0", 2, "write the length of a bond at rest in place of R0"),
@@ -222,7 +222,7 @@ def test_messages_name_the_data_file_of_the_script(folder, tmp_path):
         assert piece in repr(check_script(tmp_path / "in.mine"))
 
 
-# These scripts are right in another way.
+# These scripts are right, but differ from the lesson's script.
 OTHER = [
     ("xlo 0.0", "xlo $(0)"),
     ("xlo 0.0", "xlo 0.0 units box"),

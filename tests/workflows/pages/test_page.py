@@ -1,4 +1,4 @@
-"""Test figures and files as a page shows them."""
+"""Test the figures and the list of files on a page."""
 
 import base64
 
@@ -38,7 +38,7 @@ def test_files_are_recognised_by_name_or_ending(tmp_path):
         ("a.csv", "numbers", 1),
         ("b.png", "figure", 0),
     ]
-    # SHA-256 of the letter a, as in FIPS 180's examples of other letters.
+    # This is the SHA-256 of the letter a.
     assert listed[0]["sha256"].startswith("ca978112ca1bbdca")
 
 

@@ -1,4 +1,4 @@
-"""Test how numbers look to a reader."""
+"""Test the typesetting of numbers."""
 
 import pytest
 

@@ -30,12 +30,12 @@ _FLAGS = [
 
 
 def find_chromium() -> str | None:
-    """Return the browser's path; None where there is none."""
+    """Return the browser's path, or None if there is no browser."""
     return next((found for name in _NAMES if (found := shutil.which(name))), None)
 
 
 class Browser:
-    """One page of a headless browser that can reach nothing but files."""
+    """A page of a headless browser that can only open files."""
 
     def __init__(self, patience: float = 120.0) -> None:
         self._patience = patience
@@ -86,7 +86,7 @@ class Browser:
         os.close(self._read)
 
     def _ask(self, method: str, session: str | None = None, **parameters: Any) -> Any:
-        """Send a command and return its result; what pages complain of is kept."""
+        """Send a command and return its result; record errors that pages report."""
         self._number += 1
         message: dict[str, Any] = {"id": self._number, "method": method, "params": parameters}
         if session is not None:
@@ -175,6 +175,6 @@ class Browser:
             )
 
     def picture(self, path: Path) -> None:
-        """Write what the whole page looks like as PNG."""
+        """Write a picture of the whole page as PNG."""
         answer = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=True)
         path.write_bytes(base64.b64decode(answer["data"]))

@@ -7,9 +7,9 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.result import Collision
 
-# The engine's bars at this tolerance are a hundredth of what is asked of the page.
+# At this tolerance, the engine's error bars are a hundredth of the accuracy that the page promises.
 TOLERANCE = 1e-11
-# What the page promises: two of its runs differ by less.
+# The page promises that two of its runs differ by less than this.
 PROMISE = 1e-9
 
 _DEFECT = [1.0] * 10 + [10.0] + [1.0] * 9
@@ -91,7 +91,7 @@ SCENES: dict[str, dict[str, Any]] = {
 
 
 def page_scene(fields: dict[str, Any]) -> dict[str, Any]:
-    """Return a scene as the page knows it: a warm one with the state that the program draws."""
+    """Return a scene in the page's form; a warm scene has the state that the program draws."""
     if "temperature" not in fields:
         return fields
     scene = Scene(engine="reference", **fields)

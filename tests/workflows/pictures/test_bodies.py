@@ -20,9 +20,10 @@ def test_frames_show_both_bodies():
     frames = record_motion(TARGET, 0.25).frames
     u, v = frames.along_x()
     assert (frames.targets, u.shape) == (3, (len(frames.times), 7))
-    # From the target's far end: the particles that meet are neighbours, at one place at first.
+    # Particles are ordered from the target's far end. The two in contact are neighbours, at the
+    # same initial position.
     assert u[0].tolist() == [0.0] * 7
-    # Whatever the bonds and the contact do, momentum stays: 6 v0 of the chain.
+    # Bonds and the contact conserve momentum, which is 6 v0.
     masses = TARGET.line.masses
     np.testing.assert_allclose(v @ masses, -6.0 * TARGET.impact_velocity, rtol=1e-12)
     assert frames.until(1.0).target_velocities.shape == (5, 3)

@@ -26,7 +26,7 @@ pytestmark = pytest.mark.skipif(NODE is None, reason="no node on this machine")
 def run(expression, **given):
     """Return the value of an expression after the kernel; `given` are constants for it."""
     constants = "".join(f"const {name} = {json.dumps(value)};\n" for name, value in given.items())
-    # What is no number in JSON arrives as text.
+    # JSON has no infinite numbers, which arrive as text.
     show = 'JSON.stringify(RESULT, (_, x) => typeof x === "number" && !isFinite(x) ? String(x) : x)'
     program = f"{kernel_source()}\n{constants}const RESULT = {expression};\nconsole.log({show});"
     done = subprocess.run(
@@ -64,8 +64,8 @@ def test_bonds_are_the_programs(name):
     )
     for what in ("energy", "force", "curvature"):
         expected = getattr(bond, what)(np.array(STRAINS))
-        # Both are good to a few roundings of terms no larger than ten times the value: the
-        # difference that is taken beyond |s| = 0.1 loses a factor of 20.
+        # Each result has a few rounding errors of terms up to ten times the value. Beyond |s| =
+        # 0.1, cancellation loses a factor of 20.
         assert found[what] == pytest.approx(expected, rel=100 * EPSILON, abs=0.0), what
     assert found["unit"] == bond.natural_speed
     limits = (bond.dissociation, bond.convex_strain, bond.barrier_strain)
@@ -87,7 +87,7 @@ def test_errors_fall_with_the_eighth_power_of_the_step():
     )
     first, second = (abs(eta - etas[2]) for eta in etas[:2])
     assert second > 1e3 * EPSILON
-    # The next term of the series is of order 10: at these steps it changes the order by one or so.
+    # The next term of the series has order 10, which changes the order at these steps by about one.
     assert 7.0 < math.log2(first / second) < 10.0
 
 
@@ -100,13 +100,14 @@ def test_restitution_is_that_of_collide(name):
     assert difference <= found["error"] + expected.restitution_error
     assert len(found["contacts"]) == expected.contacts
     times, speeds = np.transpose(found["contacts"])
-    # Errors of eta are errors of velocities; a chain of n magnifies them by n or so on the way.
+    # Errors of eta come from errors of velocities, which a chain of n particles amplifies by about
+    # n.
     assert times == pytest.approx(expected.contact_times, abs=1e-6)
     assert speeds * expected.velocity == pytest.approx(expected.contact_speeds, abs=1e-6)
 
 
 def test_one_particle_just_turns_round():
-    # Exercise 1.1 asks for it. It has no bond whose time the step could be taken from.
+    # Exercise 1.1 uses one particle. It has no bond that could determine the step.
     scenes = [{"potential": name, "particles": 1, **BONDS[name]} for name in BONDS]
     scenes += [{"potential": "lj", "particles": 1, "target_particles": 1, "masses": [1e-3]}]
     found = run(
@@ -126,7 +127,7 @@ def test_energies_and_modes_are_those_of_collide(name):
         scene=SCENES[name],
     )
     expected = reference(name)
-    # A cold chain has its flight alone: the shares add up to one.
+    # A cold chain has only translational energy, so that the fractions add up to one.
     assert sum(found["energies"]) == pytest.approx(1.0, abs=1e-9)
     unit = (
         0.5
@@ -151,7 +152,7 @@ def test_frequencies_of_unequal_masses():
 
 @pytest.mark.slow
 def test_an_end_that_is_proved_has_no_later_contact():
-    # Chains that break, at speeds where contacts come late, and whole ones.
+    # The chains include those that break, with late contacts, and those that stay whole.
     scenes = [
         {"potential": name, "particles": n, "speed": speed}
         for name in ("lj", "morse")
@@ -215,14 +216,15 @@ def test_warm_states_are_of_equilibrium():
     strains = np.array([row[0][1:] for row in drawn])
     velocities = np.array([row[1][1:] for row in drawn])
     shares = np.sort(bonds.share_below(strains.ravel()))
-    # Kolmogorov: a distribution differs by more than 1.95/sqrt(N) once in a thousand draws.
+    # In Kolmogorov's test, a distribution differs by more than 1.95/sqrt(N) once in a thousand
+    # draws.
     distance = np.max(np.abs(shares - (np.arange(len(shares)) + 0.5) / len(shares)))
     assert distance < 1.95 / math.sqrt(len(shares))
     assert velocities.mean(axis=1) == pytest.approx(-0.05, abs=100 * EPSILON)
-    # 1 - 1/n of T, to four standard errors.
+    # The variance is (1 - 1/n) T, within four standard errors.
     variance = np.sum((velocities + 0.05) ** 2) / (250 * 39)
     assert variance == pytest.approx(1e-3, rel=4.0 * math.sqrt(2.0 / 9750))
-    # The centre of mass starts at one distance, whatever is drawn.
+    # The centre of mass starts at the same distance in every draw.
     places = np.cumsum(np.array([row[0] for row in drawn]), axis=1).mean(axis=1)
     assert places == pytest.approx(places[0], rel=1e-12)
     assert len({tuple(row) for row in strains.tolist()}) == 250

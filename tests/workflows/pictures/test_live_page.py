@@ -32,7 +32,7 @@ def browser(page, tmp_path_factory):
 
 @pytest.fixture
 def opened(browser):
-    """The page, opened from its file, which must not complain."""
+    """Return a function that opens the page from its file; check that it reports no error."""
 
     def open_page(fragment="", width=1280, height=900, dark=False):
         browser.complaints.clear()
@@ -76,7 +76,7 @@ def test_every_control_has_a_label_and_every_picture_a_name(page):
 
 
 def luminance(colour):
-    """Relative luminance of #rrggbb, after WCAG 2."""
+    """Return the relative luminance of #rrggbb as defined by WCAG 2."""
     parts = [int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
     linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
@@ -85,14 +85,14 @@ def luminance(colour):
 def test_text_stands_out_in_light_and_dark(page):
     themes = re.findall(r"\{([^{}]*--ink:[^}]*)\}", page)
     assert len(themes) == 3
-    # Dark by choice is dark by the system's.
+    # The dark theme is equal whether the user or the system chooses it.
     assert themes[1].split() == themes[2].split()
     for theme in themes:
         colours = dict(re.findall(r"--([\w-]+): (#\w{6})", theme))
         for ground in ("paper", "panel"):
             for name in ("ink", "faint", "accent", "mark"):
                 pair = luminance(colours[ground]), luminance(colours[name])
-                # WCAG 2 asks 4.5 of text.
+                # WCAG 2 requires a contrast of 4.5 for text.
                 assert (max(pair) + 0.05) / (min(pair) + 0.05) >= 4.5, (name, ground)
 
 
@@ -127,7 +127,7 @@ def test_the_page_computes_from_its_file(opened):
     assert on_curve == pytest.approx(eta, abs=2e-6)
 
 
-# Colours of the legends, and of the ground below axes and curves.
+# Colours of the legends, and of the background of axes and curves.
 COLOURS = """[...document.querySelectorAll('.key i, canvas')].map(
     (part) => getComputedStyle(part).backgroundColor)"""
 
@@ -137,7 +137,7 @@ COLOURS = """[...document.querySelectorAll('.key i, canvas')].map(
 def test_forced_colours_keep_legends_and_the_ground_of_pictures(opened):
     browser = opened("#potential=harmonic&particles=10&velocity=0.1")
     browser.wait(IDLE)
-    # The user chose the light theme, and the system forces light letters on black.
+    # The user chooses the light theme, while the system forces light letters on black.
     browser.evaluate("document.documentElement.dataset.theme = 'light'")
     normal = browser.evaluate(COLOURS)
     scheme = {"name": "prefers-color-scheme", "value": "dark"}
@@ -148,7 +148,7 @@ def test_forced_colours_keep_legends_and_the_ground_of_pictures(opened):
         assert body == "rgb(0, 0, 0)"
         assert browser.evaluate(COLOURS) == normal
         assert len(set(normal)) > 4
-        # All six pictures have the ground of the page.
+        # All six pictures have the background of the page.
         assert normal.count("rgb(255, 255, 255)") == 6
     finally:
         browser.call("Emulation.setEmulatedMedia", features=[])
@@ -162,12 +162,12 @@ VISIBLE = "document.body.innerText"
 def test_a_class_sees_the_restitution_only_when_it_asks(opened):
     browser = opened("#potential=harmonic&particles=10&velocity=0.1&eta=hidden")
     browser.wait(IDLE)
-    # 90.7 % of the energy comes back, and 95.2 % of the speed.
+    # The chain returns with 90.7 % of the energy and 95.2 % of the speed.
     hidden = f"!/90.7|0.907|0.952|same at every speed/.test({VISIBLE})"
     assert browser.evaluate(hidden)
     browser.evaluate("find('ask').click()")
     assert browser.evaluate(f"{VISIBLE}.includes('90.7 %') && {VISIBLE}.includes('0.952')")
-    # The next collision starts from the new question, and so does its link.
+    # The next collision, and its link, hide the restitution again.
     browser.evaluate("find('particles').value = 20; change()")
     browser.wait("location.hash.includes('particles=20')")
     browser.wait(IDLE)
@@ -194,7 +194,7 @@ def test_each_picture_is_described_by_what_it_shows(opened):
 @pytest.mark.slow
 def test_no_number_stands_under_a_chain_that_is_drawn_larger(opened):
     browser = opened("#potential=harmonic&particles=10&velocity=0.1")
-    # What the picture of the chain writes when it is painted, at the width of a phone.
+    # The script records the texts in the picture of the chain at the width of a phone.
     texts = (
         "(() => { const found = [], pen = CanvasRenderingContext2D.prototype;"
         "const write = pen.fillText; pen.fillText = function (text, x, y, most) {"
@@ -219,7 +219,7 @@ def test_keys_move_time_and_the_address_follows(opened):
     assert browser.evaluate("state.time === shown.run.film.times.at(-1)")
     browser.press("ArrowLeft", 37)
     assert browser.evaluate("state.time < shown.run.film.times.at(-1)")
-    # At once, so that it cannot have played to its end in between.
+    # Both key presses come in one call, so that the film cannot end in between.
     space = "document.body.dispatchEvent(new KeyboardEvent('keydown', {key: ' ', bubbles: true}))"
     states = browser.evaluate(f"[{space}, state.playing, {space}, state.playing]")
     assert states[1::2] == [True, False]
@@ -291,7 +291,7 @@ def test_thirty_scenes_against_collide(browser, name):
         f"worker.postMessage({{ id: 1, task: 'collide', scene: {scene} }}); }})"
     )
     expected = reference(name)
-    # Far below what is asked of the page.
+    # The error bar is far below the accuracy of the page.
     assert expected.restitution_error < 0.03 * PROMISE
     difference = abs(found["eta"] - expected.restitution)
     assert difference <= PROMISE
@@ -308,8 +308,9 @@ def test_bonds_are_as_long_as_the_program_says(opened):
     found = re.search(r"up to the last contact: (0\.\d+) to (1\.\d+)", words)
     scene = Scene(particles=20, speed=0.9, engine="reference", scheme="order8", timestep=0.05)
     expected = collide(scene)
-    # What the program's and the page's steps leave unseen, and half of the page's last digit. In
-    # the time that the page follows it after the last contact a bond gets 1.25 long.
+    # The tolerance covers bond lengths between steps of the program and the page, and half a unit
+    # of the page's last digit. After the last contact, a bond reaches 1.25 while the page still
+    # follows the chain.
     room = 2.0 * expected.bond_error + 5e-4
     assert float(found[1]) == pytest.approx(expected.bond_min, abs=room)
     assert float(found[2]) == pytest.approx(expected.bond_max, abs=room)
@@ -332,10 +333,11 @@ def test_the_saved_state_of_a_warm_chain_gives_the_program_the_same_collision(
     assert status == 0, err
     expected = json.loads(out)
     found = browser.evaluate("[shown.run.restitution, shown.run.contacts.length]")
-    # The page promises 1e-9, and the program is asked for a tenth of that.
+    # The page promises 1e-9, and the program has a tenth of this tolerance.
     assert found[0] == pytest.approx(expected["restitution"], abs=1.1 * PROMISE)
     assert found[1] == expected["contacts"]
-    # A file holds the state of one body: with a free target the page says that states differ.
+    # A file contains the state of one body. With a free target, the page reports that the states
+    # differ.
     browser.evaluate("find('target').value = 'free'; change()")
     browser.wait("find('command-label').textContent.includes('another collision')")
     assert "--temperature 0.0003 --seed 5" in text_of(browser, "command")
@@ -348,7 +350,7 @@ def test_a_number_without_a_proved_end_is_said_so_far(opened):
     browser = opened("#potential=lj&particles=50&speed=1")
     browser.wait(IDLE)
     assert text_of(browser, "ending").startswith("Not proved that it was the last contact")
-    # Four digits, and none of the ten that the bar would leave.
+    # The page shows four digits instead of the ten that the error bar allows.
     assert re.fullmatch(r"0\.\d{4} so far", text_of(browser, "eta"))
 
 
@@ -367,7 +369,7 @@ def test_each_field_is_understood(opened):
     browser.evaluate("find('temperature').value = 2; change()")
     browser.wait("!find('refusal').hidden")
     assert text_of(browser, "refusal") == "Temperature is 2: expected a number from 0 to 1."
-    # Nothing of the previous scene stays.
+    # Nothing of the previous scene may remain.
     for name in ("command", "command-label", "eta", "verdict", "ending", "facts"):
         assert text_of(browser, name) == ""
     # The program may compute what the page cannot.

@@ -16,7 +16,8 @@ def test_frames_are_regular_and_end_as_the_collision_does(fields):
     frames = outcome.frames
     assert np.diff(frames.times)[:-1] == pytest.approx(0.25, abs=1e-9)
     exact = collide(scene, tolerance=1e-8)
-    # Followed to 1e-6; between hits the mean velocity does not change, so the last frame has it.
+    # The motion has a tolerance of 1e-6. The mean velocity does not change after the last contact,
+    # so that the last frame gives eta.
     assert (frames.velocities[-1].mean() / scene.impact_velocity) ** 2 == pytest.approx(
         exact.restitution, abs=3e-6
     )
@@ -24,7 +25,7 @@ def test_frames_are_regular_and_end_as_the_collision_does(fields):
 
 @pytest.mark.slow
 def test_run_writes_a_moving_picture(tmp_path, chaincor, monkeypatch):
-    # Three pictures show what a hundred would, in a thirtieth of the time.
+    # Three pictures test the same as a hundred in a thirtieth of the time.
     monkeypatch.setattr(recording.write_animation, "__defaults__", (3,))
     file = tmp_path / "motion.gif"
     scene = ("--particles", "5", "--engine", "reference")

@@ -19,7 +19,7 @@ def test_the_headings_count_contacts_and_end_with_the_restitution():
     contacts = [int(words[4]) for words in headings]
     assert contacts == sorted(contacts)
     assert contacts[-1] == result.contacts
-    # Followed to 1e-6, shown to a tenth of a per cent.
+    # The motion has a tolerance of 1e-6; eta is shown to a tenth of a per cent.
     assert float(headings[-1][6]) == pytest.approx(100.0 * result.restitution, abs=0.06)
 
 
@@ -30,7 +30,8 @@ def test_it_draws_in_a_terminal(chaincor, monkeypatch):
     console = Console(file=drawn, force_terminal=True, width=70)
     status, out, err = chaincor("run", "--particles", "5", "--engine", "reference", "--watch")
     assert status == 0, err
-    # 0.2 s are three pictures, and the last is drawn once more; a busy machine skips some.
+    # In 0.2 s, three pictures are drawn, and the last is drawn again. A busy machine skips some
+    # pictures.
     assert 1 <= drawn.getvalue().count("contacts") <= 4
     assert "restitution" in out
 

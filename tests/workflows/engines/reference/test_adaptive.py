@@ -36,7 +36,7 @@ def test_agrees_with_stepping(fields):
     adaptive = stiff.run(scene.problem, 1e-12)
     stepped = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.02))
     v0 = scene.impact_velocity
-    # The two methods share only the force, and both have a rounding error of 1e-13.
+    # The two methods share only the force. Each has a rounding error of 1e-13.
     assert restitution(adaptive, scene) == pytest.approx(restitution(stepped, scene), abs=2e-12)
     assert np.abs(adaptive.velocities - stepped.velocities).max() < 1e-11 * v0
     assert np.abs(adaptive.contact_times - stepped.contact_times).max() < 1e-10
@@ -67,10 +67,10 @@ def test_extremes_within_accuracy(fields):
     coarse = stiff.run(scene.problem, 1e-8)
     assert restitution(coarse, scene) == pytest.approx(restitution(finest, scene), abs=1e-8)
     assert len(coarse.contact_times) == len(finest.contact_times) == 20
-    # The energy of the state after the last contact is an error that nothing else hides.
+    # The energy after the last contact is an independent measure of the error.
     assert finest.energy_end == pytest.approx(finest.energy_start, rel=1e-10)
     if fields["potential"] == "log":
-        # A head-on pair alone would stop where U = v0^2: at r near exp(-1 - v0^2).
+        # A single head-on pair would stop where U = v0^2, which is at r near exp(-1 - v0^2).
         stop = np.exp(-1.0 - scene.impact_velocity**2)
         assert 0.1 * stop < finest.bond_min < stop
 
@@ -97,7 +97,7 @@ def test_frames():
     assert np.allclose(frames.times, 0.01 * np.arange(len(frames.times)), rtol=1e-14)
     assert frames.times[-1] + 0.02 > filmed.duration
     assert np.all(frames.displacements[:, 0] >= 0.0)
-    # Free fall of the last particle until the sound arrives.
+    # The last particle moves freely until sound arrives.
     assert frames.displacements[10, -1] == pytest.approx(-0.1 * scene.impact_velocity)
 
 
@@ -124,7 +124,8 @@ def test_named_failures(fields, error):
 def test_cap_on_the_length(monkeypatch):
     for module in (end_watch, stiff):
         monkeypatch.setattr(module, "longest_collision", lambda _n, _k, _last: 3.0)
-    # That a whole chain which still approaches will meet the wall is waited for beyond.
+    # Without this change, the engine would wait longer, because the whole chain still approaches
+    # the wall.
     monkeypatch.setattr(end_watch, "CERTAIN_CROSSINGS", 0.0)
     with pytest.raises(UnfinishedCollisionError, match="3 after the first contact"):
         stiff.run(Scene(particles=20).problem, 1e-8)
@@ -138,7 +139,7 @@ def test_equations_of_motion_in_loops_and_arrays():
     looped_rates(lambda s, _: (float(bond.force(s)), 1.0))(state, loops, bond.parameters)
     array_rates(bond.force)(state, arrays, bond.parameters)
     assert np.allclose(loops, arrays, rtol=1e-14, atol=1e-16)
-    # Momentum changes by nothing but the wall.
+    # Only the wall changes the momentum.
     assert loops[7:].sum() == pytest.approx(0.0, abs=1e-15)
 
 

@@ -26,8 +26,9 @@ def lines_of(scene, count):
     ],
 )
 def test_it_is_the_motion_of_single_collisions(scheme, step):
-    # More than lanes, so that some are filled again, and not a multiple of them.
-    # Warm chains come from afar, cold ones begin with their first contact.
+    # There are more scenes than lanes, so that some lanes are used again; their number is no
+    # multiple of that of lanes. Warm chains start away from the wall, and cold chains begin with
+    # their first contact.
     scenes = [WARM.replace(seed=seed) for seed in range(1, 22)]
     scenes += [WARM.without("temperature").replace(velocity=v) for v in (0.04, 0.08, 0.12)]
     lines = [scene.line for scene in scenes]
@@ -37,7 +38,7 @@ def test_it_is_the_motion_of_single_collisions(scheme, step):
     assert np.all(found.proved)
     for k, scene in enumerate(scenes):
         single = stepping.run(scene.problem, Numerics(scheme=scheme, timestep=step))
-        # The arithmetic has the same order, so results are equal to the last bit.
+        # Operations have the same order, so that results are equal to the last bit.
         times, speeds = found.contacts[k][:, : found.counts[k]]
         np.testing.assert_array_equal(times, single.contact_times)
         np.testing.assert_array_equal(speeds, single.contact_speeds)
@@ -69,7 +70,8 @@ def test_bonds_that_break_are_looked_at_one_by_one():
     for k in np.flatnonzero(found.settled).tolist():
         one = scene.replace(seed=k + 1)
         single = stepping.run(one.problem, Numerics(scheme="extrapolated14", timestep=0.1))
-        # Alone, a chain whose bonds break is also followed by other motions, which may disagree.
+        # In a single collision, a chain whose bonds break is also followed with other steps, which
+        # may give another ending.
         assert single.ending.kind in ("proved" if found.proved[k] else "argued", "open")
         assert found.counts[k] == len(single.contact_times)
 

@@ -1,4 +1,4 @@
-"""Test beads that only push: known losses, scaling law, proved end, other integrators."""
+"""Test beads, which only repel: known losses, scaling law, proved end, other integrators."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,8 @@ from chaincor import Scene, collide
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError
 from tests.judge.beads import judge_column
 
-# 1 - eta of beads of mass 1 that arrive together and just touch, by exponent and contact: from
-# another program, to the digits printed.
+# 1 - eta of beads of mass 1 that initially just touch, by exponent and contact. Another program
+# gave these digits.
 LOSSES = {
     (1.5, None): {2: 0.0294146, 10: 0.1282082, 100: 0.1902158},
     (1.5, "hard"): {2: 0.0, 10: 0.1304840, 100: 0.1823426},
@@ -34,7 +34,8 @@ def test_losses_are_the_known_ones(exponent, contact, particles, loss):
 
 @pytest.mark.parametrize("exponent", [1.25, 1.5, 2.0, 3.0])
 def test_two_beads_at_a_hard_wall_lose_nothing(exponent):
-    # The first comes back to the wall just when both part: each has bounced once from the other.
+    # The first bead returns to the wall just when the beads separate, after a single collision
+    # between them.
     result = collide(beads(hertz_exponent=exponent, contact="hard", particles=2), tolerance=1e-9)
     assert abs(1.0 - result.restitution) <= result.restitution_error
 
@@ -49,7 +50,7 @@ def test_speed_changes_units_alone(exponent, contact):
         for v in (0.1, 1e-6, 1.0, 1e5)
     )
     for other in others:
-        # Roundings decide whether a step is refused, so that only the bars hold.
+        # Rounding decides whether a step is refused, so that results agree only within error bars.
         bars = first.restitution_error + other.restitution_error
         assert abs(other.restitution - first.restitution) <= bars < 1e-8
         assert other.v_star is None
@@ -58,7 +59,7 @@ def test_speed_changes_units_alone(exponent, contact):
         times = ratio ** ((1.0 - exponent) / (1.0 + exponent))
         lengths = ratio ** (2.0 / (1.0 + exponent))
         assert other.duration == pytest.approx(times * first.duration, rel=1e-8)
-        # The shortest of the ends of steps, some ten of which are in each overlap.
+        # The shortest bond is sampled at ends of steps, some ten of which are in each overlap.
         assert 1.0 - other.bond_min == pytest.approx(lengths * (1.0 - first.bond_min), rel=0.02)
         assert other.crossed == (other.bond_min < 0.0)
 
@@ -74,7 +75,8 @@ def test_random_columns_agree_with_another_integrator(seed, tmp_path):
 
 def test_momentum_and_energy_are_kept():
     result = collide(beads(particles=12, target_particles=5, masses=[1.0, 3.0]), tolerance=1e-10)
-    # Roundings of 1e3 steps; energy as exact as eta, with a reserve of a hundred.
+    # The first limit covers rounding of 1e3 steps. The energy is as exact as eta, with a factor of
+    # a hundred as reserve.
     assert result.momentum_residual < 1e-12
     assert abs(result.energy_drift) < 1e-8
 
@@ -94,7 +96,7 @@ def test_masses_of_a_tapered_column_are_cubes_of_diameters():
     assert tapered.line.chain_masses == pytest.approx([1.0, 0.729, 0.512, 1.0, 0.729])
     result = collide(tapered, tolerance=1e-9)
     assert abs(result.energy_drift) < 1e-7
-    # Contacts of smaller beads are softer, besides their masses.
+    # Contacts of smaller beads are also softer, so that equal masses give another eta.
     other = collide(beads(particles=5, masses=tuple(tapered.line.chain_masses)), tolerance=1e-9)
     assert abs(result.restitution - other.restitution) > 1e-3
 
@@ -105,7 +107,8 @@ def test_damping_takes_the_energy_that_is_missing(law, contact):
     fields = {"particles": 8, "contact": contact}
     damped = collide(beads(**fields, damping=0.05, damping_law=law), tolerance=1e-9)
     elastic = collide(beads(**fields), tolerance=1e-9)
-    # The loss is integrated beside the motion, as exactly as eta; with a reserve of a hundred.
+    # The loss is integrated with the motion, as exactly as eta, with a factor of a hundred as
+    # reserve.
     assert abs(damped.energy_drift) < 1e-7
     assert damped.dissipated_energy > 0.01 * damped.velocity**2
     assert damped.restitution < elastic.restitution
@@ -114,8 +117,9 @@ def test_damping_takes_the_energy_that_is_missing(law, contact):
 
 
 def test_one_bead_on_a_dashpot_and_a_linear_law_is_an_oscillator():
-    # F = d^p + A v is near d + A v for p near 1: the exact speed ratio of a damped half-swing, up
-    # to where the force vanishes, which is before the bead parts.
+    # For p near 1, F = d^p + A v is nearly d + A v. The expected ratio of speeds is that of a
+    # damped oscillator up to the time at which the force vanishes, which is before the overlap
+    # ends.
     a = 0.2
     frequency = np.sqrt(1.0 - 0.25 * a * a)
     times = np.linspace(1e-3, np.pi / frequency, 200_001)
@@ -127,12 +131,13 @@ def test_one_bead_on_a_dashpot_and_a_linear_law_is_an_oscillator():
         particles=1, hertz_exponent=1.0 + 1e-7, damping=a, damping_law="dashpot", velocity=1.0
     )
     result = collide(scene, tolerance=1e-9)
-    # Steps of the table of times, and the power of 1 + 1e-7.
+    # The tolerance covers the grid of times and the exponent of 1 + 1e-7.
     assert result.restitution == pytest.approx(rate[free] ** 2, abs=2e-5)
 
 
 def test_strong_damping_stops_beads_and_they_part_without_a_pull():
-    # On a dashpot that rules, overlaps relax as d' = -d^p/A; force ends where this motion slows.
+    # With strong damping, overlaps relax as d' = -d^p/A, and the force vanishes as this motion
+    # slows.
     result = collide(beads(particles=2, damping=20.0, damping_law="dashpot"))
     assert result.restitution < 1e-5
     assert result.ending == "proved"

@@ -1,4 +1,4 @@
-"""Test that long chains on several cores are equal to the last bit for every division."""
+"""Test that results of long chains on several cores do not depend on the division into blocks."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -18,7 +18,7 @@ from chaincor.workflows.errors import TimestepError
 from tests.interrupting import interrupted
 
 LJ = Scene(potential="lj", particles=260, speed=0.4)
-# In the last chain bonds break, and other motions help to find the end.
+# In the last chain, bonds break, and runs with other steps help to find the end.
 RUNS = {
     "composed": (LJ, "order8", 0.3),
     "verlet": (LJ.replace(particles=150), "verlet", 0.05),
@@ -30,7 +30,7 @@ RUNS = {
 
 @pytest.fixture
 def in_blocks(monkeypatch):
-    """Return a function that sets how chains are cut, however short they are."""
+    """Return a function that sets the number of blocks, even for short chains."""
 
     def cut(count, substeps=4, aligned=1):
         monkeypatch.setattr(moving, "cores", lambda: count)
@@ -38,7 +38,7 @@ def in_blocks(monkeypatch):
         monkeypatch.setattr(running, "LEAST_MARGINS", 1)
         monkeypatch.setattr(running, "SUBSTEPS", substeps)
         monkeypatch.setattr(running, "ALIGNED", aligned)
-        # The loop over the whole chain soon comes back, to be replaced.
+        # The loop over the whole chain returns early, so that loops over blocks replace it.
         monkeypatch.setattr(time_limit, "WORK_AT_ONCE", 30_000)
 
     return cut
@@ -46,7 +46,7 @@ def in_blocks(monkeypatch):
 
 @pytest.fixture
 def moved(monkeypatch):
-    """Return how many blocks there were, each time that they met."""
+    """Return a list with the number of blocks at each synchronization."""
     counts = []
     cut = running._Blocks._cut
 
@@ -126,7 +126,7 @@ def test_bonds_that_fail_are_named_alike(in_blocks, moved, monkeypatch):
     in_blocks(1)
     longest = stepping.run(LJ.problem, numerics).bond_max - 1.0
     monkeypatch.setattr(moving, "allowed_strains", lambda bond: (-1.0, 0.999 * longest))
-    # The start of the first problem is kept, with the strains that were allowed then.
+    # The start of the original problem is cached with the earlier allowed strains.
     problem = replace(LJ.problem)
     reasons = []
     for count in (1, 2):
@@ -165,5 +165,6 @@ except KeyboardInterrupt:
 
 @pytest.mark.slow
 def test_it_can_be_stopped(tmp_path):
-    # By then the sound has come far enough for blocks, and no helper outlives the collision.
+    # At this time, sound has travelled far enough for blocks. No helper thread may outlive the
+    # collision.
     assert interrupted(tmp_path, SESSION, 6.0) == "1\n"

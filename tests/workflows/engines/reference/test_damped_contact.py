@@ -60,14 +60,14 @@ class Dashpot(ContactLaw):
 
 
 def damped(monkeypatch, **scene):
-    """Return the problem of a scene, with the law of this test between its bodies."""
+    """Return the problem of a scene with the contact law of this test."""
     monkeypatch.setitem(CONTACT_LAWS, Dashpot.name, Dashpot)
     problem = Scene(contact="power", engine="reference", **scene).problem
     return replace(problem, line=replace(problem.line, contact=Dashpot()))
 
 
 def naive_restitution(force, particles, velocity, duration):
-    """Return eta of a chain before the damped wall, from SciPy's equations of positions."""
+    """Return eta of a chain at the damped wall, by SciPy with equations for positions."""
 
     def rates(_time, state):
         x, v = np.split(state, 2)
@@ -78,7 +78,7 @@ def naive_restitution(force, particles, velocity, duration):
         return np.concatenate((v, accelerations))
 
     start = np.concatenate((np.arange(particles, dtype=float), np.full(particles, -velocity)))
-    # The kinks of the force lie within steps, so steps are short: a kink in a step h costs h^2.
+    # Steps are short, because a kink of the force within a step h gives an error of h^2.
     limits = {"rtol": 1e-10, "atol": 1e-13, "max_step": 0.02}
     moved = solve_ivp(rates, (0.0, duration), start, method="DOP853", **limits)
     return float(np.mean(moved.y[particles:, -1])) ** 2 / velocity**2
@@ -96,14 +96,15 @@ def bead_force(lengths):
 @pytest.mark.parametrize("compiled", [True, False])
 def test_fixed_steps_follow_a_damped_contact(monkeypatch, compiled):
     lj = Scene().bond
-    # Numba does not compile a method of an object.
+    # Numba does not compile methods of objects.
     opaque = UserBond(energy=lambda s: lj.energy(s), force=lambda s: lj.force(s))
     potential = "lj" if compiled else opaque
     problem = damped(monkeypatch, potential=potential, particles=4, velocity=0.05)
     steps = (0.04, 0.02)
     coarse, fine = (stepping.run(problem, Numerics("event", "order8", h)) for h in steps)
     found = fine.eta
-    # Both runs err by their difference or less, the naive one by about 0.02^2 of the damping.
+    # The error of each run is at most their difference. The naive run has an error of about 0.02^2
+    # of the damping.
     error = abs(found - coarse.eta) + 1e-5
     assert error < 1e-4
     assert found == pytest.approx(naive_restitution(lj_force, 4, 0.05, 60.0), abs=error)
@@ -118,7 +119,7 @@ def test_adaptive_steps_follow_a_damped_contact(monkeypatch):
     outcome = adaptive.run(problem, 1e-7)
     expected = naive_restitution(bead_force, 4, 0.1, 200.0)
     assert outcome.eta == pytest.approx(expected, abs=1e-6)
-    # The loops add up the damping on their own: what is missing is what damping took.
+    # The loops integrate the dissipated energy separately; it must equal the missing energy.
     missing = outcome.energy_start - outcome.energy_end
     assert outcome.dissipated == pytest.approx(missing, rel=1e-5)
 

@@ -1,4 +1,4 @@
-"""Test the hard-sphere limit against event-driven spheres and against the bonds."""
+"""Test the hard-sphere limit against event-driven spheres and against chains with bonds."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from chaincor.workflows.errors import CrossingError, TimestepError
 
 
 def simulate_spheres(particles, diameter, speed):
-    """Event-driven simulation in the simplest way; returns positions, velocities, contact times."""
+    """Simulate spheres by events in the simplest way; return final states and contact times."""
     x = np.arange(particles, dtype=float)
     v = np.full(particles, -speed)
     now, contacts, exchanges = 0.0, [0.0], 0
@@ -50,7 +50,7 @@ def test_diameter_stops_two_particles():
     scene = Scene(potential="lj", particles=2, speed=30.0)
     diameter = hard_sphere.run(scene.problem).bond_min
     assert float(scene.bond.energy(diameter - 1.0)) == pytest.approx(scene.impact_velocity**2)
-    # The pair stops each other there: the bond's shortest length in the motion is the same.
+    # The particles stop at this distance, which is also the shortest bond in the motion.
     moving = adaptive.run(scene.problem, 1e-10)
     assert moving.bond_min == pytest.approx(diameter, rel=1e-3)
 
@@ -83,11 +83,12 @@ def test_deviation_bounds_what_the_bonds_lose(fields, particles):
     lost = 1.0 - (outcome.velocities.mean() / scene.impact_velocity) ** 2
     bound = hard_sphere.deviation(scene.problem)
     assert 0.0 < lost <= bound
-    assert bound < 40.0 * lost  # a bound that says something
+    assert bound < 40.0 * lost  # the bound is not too wide
 
 
 def test_limit_is_approached_as_a_power_of_the_speed():
-    # Three in touch: the loss falls faster than v^-3 and the power grows with the speed.
+    # With three spheres in contact, the loss falls faster than v^-3, and the power grows with the
+    # speed.
     losses = []
     for speed in (8.0, 16.0, 32.0, 64.0):
         scene = Scene(potential="lj", particles=20, speed=speed)
@@ -101,7 +102,7 @@ def test_limit_is_approached_as_a_power_of_the_speed():
 
 @pytest.mark.parametrize("speed", [1e7, 1e13, 1e20])
 def test_deviation_far_beyond_where_bonds_are_followed(speed):
-    # Steps through a triple as fast as that would not end within an hour.
+    # Steps through the contact of three particles would take more than an hour at these speeds.
     deviation = hard_sphere.deviation(Scene(particles=4, speed=speed, engine="reference").problem)
     assert 0.0 < deviation < 1e-20
 

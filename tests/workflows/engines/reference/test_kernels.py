@@ -1,4 +1,4 @@
-"""Test the loops: compiled against NumPy, cached per potential, with all contacts found."""
+"""Test that compiled loops agree with NumPy, are cached by potential, and find all contacts."""
 
 import os
 import subprocess
@@ -54,7 +54,8 @@ def test_compiled_stage_is_the_stage_in_numpy(bond):
     stages = looped_stages(KernelSpec(compiler.register(force.function), compiler.register))
     compiler.compile(stages.stage)(*loops, 37, 0.03, 0.05, force.parameters)
     array_stages(bond).stage(*arrays, 37, 0.03, 0.05, bond.parameters)
-    # Multiply-adds that round once instead of twice: a few epsilon of 0.1.
+    # Fused multiply-adds round once instead of twice, which gives differences of a few epsilon
+    # times 0.1.
     assert np.allclose(loops.strain, arrays.strain, rtol=0.0, atol=1e-16)
     assert np.allclose(loops.velocity, arrays.velocity, rtol=0.0, atol=2e-15)
 
@@ -69,7 +70,7 @@ def test_each_kind_of_line_keeps_its_loops_under_its_own_name():
 
 @pytest.mark.parametrize("bonds", [9, 5])
 def test_loops_say_what_arrays_say(bonds):
-    # Of the 9 bonds of a chain, all or the first few.
+    # The step includes all 9 bonds of a chain, or the first 5.
     rng = np.random.default_rng(6)
     bond = LennardJones()
     loops = looped_stages(KernelSpec(kernel_of(bond).function, unregistered))
@@ -123,7 +124,7 @@ def test_near_the_wall_a_step_needs_no_more_particles_than_it_has_stages(scheme)
         return x, new.strain[:bonds], new.velocity[:bonds]
 
     whole, near = after(39, 39), after(1, scheme.reach)
-    # The same operations on the same numbers.
+    # The operations and their operands are the same.
     assert whole[0] == near[0]
     assert whole[1][0] == near[1][0]
     assert whole[2][0] == near[2][0]
@@ -132,7 +133,7 @@ def test_near_the_wall_a_step_needs_no_more_particles_than_it_has_stages(scheme)
 @pytest.mark.parametrize("scheme", STEP_SCHEMES.values(), ids=lambda scheme: scheme.name)
 def test_weights(scheme):
     if scheme.extrapolated:
-        # A mixture must be exact for constants and remove the even powers up to its order.
+        # An extrapolation must be exact for constants and remove the even powers up to its order.
         weights, counts = scheme.fractions
         for power in range(0, scheme.order, 2):
             total = float(weights @ counts ** (-float(power)))
@@ -140,7 +141,8 @@ def test_weights(scheme):
         assert scheme.evaluations == sum(counts)
         assert scheme.runs == len(counts) == scheme.order // 2
         assert scheme.shortest_stage(0.6) == pytest.approx(0.6 / max(counts), rel=1e-15)
-        # Order 12 has numbers further apart than 1 to 6, which would amplify 27 times.
+        # The numbers of steps for order 12 are further apart than 1 to 6, which would amplify
+        # rounding 27 times.
         assert (scheme.amplification > 20.0) is (scheme.order > 12)
     else:
         drifts, kicks = scheme.fractions
@@ -152,7 +154,7 @@ def test_weights(scheme):
         assert scheme.amplification == 1.0
 
 
-# The coarse motion, whose loops compile in a second; all others are kept in the same way.
+# The loops of the coarse motion compile in a second. All other loops are cached in the same way.
 TWO_COARSE_STEPS = """
 import sys
 import numba, pydantic, numpy as np
@@ -179,8 +181,9 @@ for bond in (Harmonic(), LennardJones()):
 
 @pytest.mark.slow
 def test_loops_kept_on_disk_are_found_again_and_do_not_mix_potentials(tmp_path):
-    # The first process compiles the modules, too, which the second loads as bytecode: once it took
-    # their loops for others. With shared symbols the second once got the harmonic force for lj.
+    # The first process also compiles the modules, which the second loads as bytecode. Once, the
+    # second process mistook loops for others, and with shared symbols it once used the harmonic
+    # force for lj.
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "loops")}
     first, second = (
         subprocess.run(
@@ -201,7 +204,7 @@ def new_run_state():
 
 
 def search_for(path):
-    """Return the search on a path given as a polynomial."""
+    """Return the result of the contact search on a path given as a polynomial."""
     slope, gap_acceleration = path.deriv(), path.deriv(2)
 
     def state_after(time, *_):
@@ -249,7 +252,7 @@ def test_random_paths_lose_no_contact():
 @pytest.mark.parametrize("frequency", [2.0, 4.0, 6.0, 8.0])
 @pytest.mark.parametrize("offset", [-0.2, 0.0, 0.3, 0.9])
 def test_path_that_no_quintic_fits(frequency, offset):
-    # Up to three wiggles of particle 1 in one step: the fit alone would point anywhere.
+    # Particle 1 oscillates up to three times in one step, which no quintic fits.
     def state_after(time, *_):
         phase = frequency * time
         gap_acceleration = -(frequency**2) * np.sin(phase)

@@ -14,7 +14,7 @@ from chaincor.workflows.engines.reference.look_ahead import follow
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
 CASES = json.loads((Path(__file__).parents[3] / "reference_general.json").read_text())["cases"]
-# Loops of lj are compiled before the tests, and loops of other bonds during them.
+# Loops of lj are compiled before the tests, and loops of other bonds during the tests.
 CASES.sort(key=lambda case: case["potential"] != "lj")
 ORDER8 = Numerics(scheme="order8", timestep=0.1)
 
@@ -39,7 +39,7 @@ def momenta(scene, outcome):
 def test_reference_values(case):
     scene = case_scene(case)
     outcome = stepping.run(scene.problem, ORDER8)
-    # The values are good to 1e-9, and so is a step of 0.1 at these speeds.
+    # The published values have an error of 1e-9, and at these speeds so does a run at step 0.1.
     assert outcome.eta == pytest.approx(case["restitution"], abs=2e-9)
     assert len(outcome.contact_times) == case["contacts"]
     assert outcome.contact_times[-1] == pytest.approx(case["last_contact_time"], abs=1e-6)
@@ -52,7 +52,7 @@ def test_a_chain_of_unit_masses_is_the_plain_one(potential):
     plain = stepping.run(scene.problem, ORDER8)
     nearly = stepping.run(scene.replace(masses=[1.0, 1.0 + 1e-15]).problem, ORDER8)
     assert len(nearly.contact_times) == len(plain.contact_times)
-    # Loops with and without masses differ only by roundings.
+    # Loops with and without masses differ only by rounding.
     np.testing.assert_allclose(
         nearly.velocities, plain.velocities, atol=1e-11 * scene.impact_velocity
     )
@@ -60,8 +60,8 @@ def test_a_chain_of_unit_masses_is_the_plain_one(potential):
 
 @pytest.mark.slow
 def test_contact_of_two_masses_at_the_published_minimum():
-    # e = 0.178 at a ratio of 1.434 47 (the heavier particle at the wall), of which the square root
-    # of eta is e; a minimum is flat, so that the ratio's rounding does not matter.
+    # The published minimum is e = 0.178 at a mass ratio of 1.434 47, with the heavier particle at
+    # the wall; e is the square root of eta. Rounding of the ratio does not matter near the minimum.
     scene = Scene(potential="harmonic", velocity=0.1, particles=2, masses=[1.43447, 1])
     assert stepping.run(scene.problem, ORDER8).eta ** 0.5 == pytest.approx(0.178465, abs=1e-6)
 
@@ -74,7 +74,7 @@ def test_harmonic_rods(bodies, published):
     chain, target = bodies
     scene = Scene(potential="harmonic", velocity=0.1, particles=chain, target_particles=target)
     e = stepping.run(scene.problem, ORDER8).eta ** 0.5
-    assert e == pytest.approx(published, abs=6e-6)  # as printed
+    assert e == pytest.approx(published, abs=6e-6)  # published digits
     if chain == target:
         wall = Scene(potential="harmonic", velocity=0.05, particles=chain)
         assert e == pytest.approx(stepping.run(wall.problem, ORDER8).eta ** 0.5, abs=1e-9)
@@ -84,7 +84,7 @@ def test_a_target_of_great_mass_is_the_wall():
     wall = Scene(particles=12, speed=0.5)
     free = wall.replace(target_particles=1, target_masses=[1e9])
     expected = stepping.run(wall.problem, ORDER8).eta
-    # It takes up the momentum, and a part of the energy of order 12/1e9.
+    # The target takes up the momentum, and a part of about 12/1e9 of the energy.
     assert stepping.run(free.problem, ORDER8).eta == pytest.approx(expected, abs=1e-7)
 
 
@@ -107,7 +107,7 @@ def test_momentum_and_energy_are_kept(scene):
     assert chain + mass * v0 == pytest.approx(given, rel=1e-11)
     if scene.line.targets:
         assert target == pytest.approx(-given, rel=1e-11)
-    # Of order 8 with H = 0.1; a broken power at the contact costs more.
+    # The run has order 8 and H = 0.1. A fractional power in the contact force increases the error.
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-7)
 
 
@@ -117,14 +117,14 @@ def test_motion_is_reversible(scene):
     stepper = Stepper.of(line, scene.bond, "order8", 0.05)
     forth = Motion.at_start(scene.problem, stepper)
     bookkeeping.never_argue(forth.run_state)
-    # To a moment without a contact.
+    # The motion ends at a time without contact.
     assert forth.advance(1200) == bookkeeping.DONE
     assert not forth.run_state.touching
     back = Motion.in_state(stepper, forth.strain, -forth.velocity, scene.impact_velocity)
     bookkeeping.never_argue(back.run_state)
     assert back.advance(1200) == bookkeeping.DONE
     at_rest = np.delete(back.strain, line.gap)
-    # Rounding, amplified by some contacts; graded steps are not symmetric in time.
+    # Contacts amplify rounding, and graded steps are not symmetric in time.
     allowed = 1e-10 if line.contact.smooth else 1e-5
     assert np.max(np.abs(at_rest), initial=0.0) < allowed * scene.impact_velocity
     np.testing.assert_allclose(
@@ -176,7 +176,8 @@ def test_soft_contacts_of_whole_powers_keep_the_order(exponent):
 
 
 def test_one_particle_on_a_soft_wall_comes_back_whole():
-    # Conservative: all its energy; the contact of a spring lasts half a period, pi sqrt(m/K).
+    # The contact is conservative, so that no energy is lost. With a linear force, it lasts half a
+    # period, pi sqrt(m/K).
     scene = Scene(
         velocity=0.1,
         particles=1,
@@ -216,7 +217,7 @@ def test_time_counts_from_the_first_contact(tmp_path):
 
 
 def test_a_chain_that_comes_late_is_waited_for():
-    # Two free bodies under way to each other: what follows is a contact, when the gap has closed.
+    # Two free bodies approach each other; a contact follows when the gap has closed.
     scene = Scene(potential="harmonic", velocity=0.1, particles=3, target_particles=3)
     strains = np.zeros(5)
     strains[2] = 2.0
@@ -240,7 +241,7 @@ def test_energy_of_a_line_knows_its_contact():
 
 def test_numpy_steps_what_cannot_be_compiled():
     def pull(strain):
-        return np.where(strain > 0.0, -strain, -strain)  # of a number, that is an array
+        return np.where(strain > 0.0, -strain, -strain)  # numbers, not arrays
 
     opaque = UserBond(energy=lambda s: 0.5 * np.square(s), force=pull)
     fields = {"particles": 6, "masses": [1, 2], "target_particles": 4, "velocity": 0.1}
@@ -255,8 +256,8 @@ def test_numpy_steps_what_cannot_be_compiled():
 
 
 def test_a_first_touch_that_comes_late_is_waited_for(tmp_path):
-    # The light particle is pressed between two heavy ones for longer than it would take to bounce.
-    # A gap, which the chain crosses as it is, changes nothing.
+    # The light particle is pressed between two heavy particles for longer than a bounce takes. An
+    # initial gap, which the chain crosses without change, does not affect the result.
     touching = Scene(
         potential="log",
         particles=5,
@@ -275,5 +276,5 @@ def test_a_first_touch_that_comes_late_is_waited_for(tmp_path):
         stepping.run(s.problem, numerics) for s in (touching, touching.replace(initial=state))
     )
     assert len(late.contact_times) == len(start.contact_times)
-    # Errors of the steps, about 1e-10, are others where a step is cut elsewhere.
+    # Errors of the steps, about 1e-10, differ if a step is shortened at another place.
     assert late.eta == pytest.approx(start.eta, abs=1e-8)

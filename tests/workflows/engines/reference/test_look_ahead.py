@@ -1,4 +1,4 @@
-"""Test that looking ahead changes no result, and test its policy."""
+"""Test that looking ahead changes no result, and test when it is done."""
 
 import math
 
@@ -24,7 +24,7 @@ def random_scene(random):
         "potential": potential,
         "particles": round(10 ** random.uniform(math.log10(2), math.log10(200))),
     }
-    # Faster than natural speed bonds break and fragments race each other.
+    # Above the natural speed v*, bonds break, and fragments collide with each other.
     speed = float(10 ** random.uniform(-3, math.log10(5)))
     fields |= {"velocity": 0.3 * speed} if potential == "harmonic" else {"speed": speed}
     if potential == "power":
@@ -47,7 +47,7 @@ def run_without_look_ahead(monkeypatch, scene, numerics, frame_interval=None):
 
 @pytest.mark.slow
 def test_results_are_equal_to_the_last_bit(monkeypatch):
-    # 60 scenes take 2 s; 1200 were compared when this was written, with no difference.
+    # These 60 scenes take 2 s. When this test was written, 1200 scenes showed no difference.
     random = np.random.default_rng(12)
     settled = 0
     for _ in range(60):
@@ -75,15 +75,14 @@ def test_it_is_cheaper(monkeypatch):
     numerics = Numerics(scheme="order8", timestep=0.1)
     exact = run_without_look_ahead(monkeypatch, LJ, numerics)
     outcome = stepping.run(LJ.problem, numerics)
-    # The last contact is at 154; what follows until the end is proved takes steps four times
-    # cheaper.
+    # The last contact is at t = 154. From then until the end is proved, steps cost a quarter.
     assert outcome.ending == exact.ending
     assert outcome.force_evaluations < 0.6 * exact.force_evaluations
     assert outcome.bond_max == pytest.approx(exact.bond_max, rel=1e-2)
     assert outcome.fragments == exact.fragments
 
 
-# An end that is proved from what the wall gave, one that is argued, and one of two bodies.
+# The scenes have an end that the wall's impulse proves, an argued end, and an end of two bodies.
 @pytest.mark.parametrize("fields", [{}, {"speed": 1.2}, {"target_particles": 5}])
 def test_frames_change_nothing_and_are_exact_to_the_end(monkeypatch, fields):
     numerics = Numerics(scheme="order8", timestep=0.1)
@@ -95,7 +94,7 @@ def test_frames_change_nothing_and_are_exact_to_the_end(monkeypatch, fields):
     for field in ("duration", "bond_max", "fragments", "ending"):
         assert getattr(framed, field) == getattr(plain, field)
     times = framed.frames.times
-    # As long as sound takes to cross and come back; the end may be seen much later.
+    # Frames continue for a round trip of sound; the end may be detected much later.
     quiet = sound_round_trip(scene.problem.longest_body, scene.problem.slow_stiffness)
     shown = min(plain.duration, plain.contact_times[-1] + quiet)
     assert np.array_equal(times, 0.7 * np.arange(math.floor(shown / 0.7) + 1))
@@ -106,7 +105,7 @@ def test_frames_change_nothing_and_are_exact_to_the_end(monkeypatch, fields):
 
 
 class Drifting:
-    """Two particles that keep their distance, and leave the wall or come near it at a time."""
+    """Two particles at a fixed distance that leave the wall, or come near it at a given time."""
 
     def __init__(self, distance, near_at=math.inf, velocity=1e-3):
         self.time, self._distance, self._near_at = 0.0, distance, near_at
@@ -132,7 +131,8 @@ def test_the_wall_comes_near():
 
 def test_what_is_not_proved_is_followed_to_the_cap():
     scene = Scene(potential="lj", particles=2, speed=0.4)
-    # Too near for a proof, too cold to break: only the longest time that is followed is left.
+    # The particles are too near for a proof and too cold to break apart, so that they are followed
+    # for the longest time.
     ahead = Drifting(0.05)
     assert coarse_run.find_end(scene.problem, ahead, 0.0).kind == "argued"
     cap = longest_collision(2, 1.0, 0.0)
@@ -154,7 +154,7 @@ def test_clearance():
 def test_steps_shrink_with_the_stiffest_bond():
     bond = LJ.bond
     assert coarse_run.coarse_step(bond, 0.0) == pytest.approx(coarse_run.COARSE_STEP)
-    # A stretched bond is soft, but others are not.
+    # A stretched bond is softer, but other bonds are not.
     assert coarse_run.coarse_step(bond, 0.05) == pytest.approx(coarse_run.COARSE_STEP)
     stiff = math.sqrt(float(bond.curvature(-0.1)))
     assert coarse_run.coarse_step(bond, -0.1) == pytest.approx(coarse_run.COARSE_STEP / stiff)

@@ -26,8 +26,8 @@ def test_agrees_with_stepping_to_rounding(particles):
     scene = harmonic(particles)
     exact = modal.run(scene.problem)
     stepped = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.05))
-    # The order-8 error at 0.05 is below 1e-14 per unit time (1e-10 at 0.2, 4^-8 of that), and
-    # rounding grows at most linearly with the 200 time units: 2e-12 of v0.
+    # At step 0.05, the error of order 8 is below 1e-14 per unit of time: 4^-8 of the 1e-10 at step
+    # 0.2. Rounding grows at most linearly to 2e-12 v0 within the 200 time units.
     v0 = scene.impact_velocity
     assert np.abs(exact.velocities - stepped.velocities).max() < 2e-12 * v0
     assert np.abs(exact.displacements - stepped.displacements).max() < 1e-11 * v0
@@ -38,14 +38,14 @@ def test_agrees_with_stepping_to_rounding(particles):
 
 
 def test_pair_in_closed_form():
-    # Relative motion has omega = sqrt(2) and half its period is spent at the wall.
+    # The relative motion has omega = sqrt(2), and the second contact comes after half its period.
     outcome = modal.run(harmonic(2).problem)
     assert outcome.contact_times[1] == pytest.approx(math.pi / math.sqrt(2.0), rel=1e-14)
     assert outcome.velocities == pytest.approx([0.1, 0.1], rel=1e-14)
 
 
 def test_five_hundred_particles():
-    # Values of careful integration, to the digits they are known to.
+    # A careful integration gave these values with all known digits.
     outcome = modal.run(harmonic(500).problem)
     intervals = np.diff(outcome.contact_times)
     assert len(outcome.contact_times) / 500 == pytest.approx(0.870, abs=5e-4)
@@ -59,14 +59,15 @@ def test_restitution_does_not_depend_on_speed(velocity):
     scene = harmonic(20, velocity)
     outcome = modal.run(scene.problem)
     assert restitution(outcome, scene) == pytest.approx(0.8685036072402, abs=1e-12)
-    # Bonds vanish from a strain of -1; the first flight compresses by 1.4366 v0.
+    # Particles cross at a strain of -1. Before the second contact, the largest compression is
+    # 1.4366 v0.
     assert outcome.crossed == (1.4366 * velocity >= 1.0)
 
 
 def test_energy_and_momentum_balance():
     scene = harmonic(300)
     outcome = modal.run(scene.problem)
-    # Rounding of 300 modes over 261 contacts, each a few 1e-16.
+    # Rounding errors of a few 1e-16 occur in 300 modes and 261 contacts.
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-12)
     gained = outcome.velocities.sum() + 300 * scene.impact_velocity
     assert outcome.impulses.sum() == pytest.approx(gained, rel=1e-12)
@@ -112,7 +113,8 @@ def test_path_expansion_is_the_sum_of_sines():
         out=p * time,
         where=omega > 0,
     )
-    # The rest after TERMS terms is below 2^25 0.9^26/26! = 5e-21 per mode: only rounding is left.
+    # The remainder after TERMS terms is below 2^25 0.9^26/26! = 5e-21 per mode, so that only
+    # rounding remains.
     assert np.polyval(path[::-1], time) == pytest.approx(float(c @ moved), abs=1e-13)
 
 
@@ -130,5 +132,6 @@ def test_first_root_is_never_passed(roots, end, expected):
     coefficients = np.polynomial.polynomial.polyfromroots(roots)
     sign = coefficients[0] if coefficients[0] != 0 else coefficients[1]
     coefficients = coefficients * np.sign(sign)
-    # A nearly double root is known to the square root of rounding over its gap.
+    # The error of a nearly double root is the rounding error divided by the distance between the
+    # two roots.
     assert first_root(coefficients, end) == pytest.approx(expected, abs=1e-9)

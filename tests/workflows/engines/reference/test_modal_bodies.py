@@ -1,4 +1,4 @@
-"""Test exact collisions of two harmonic bodies against 50 digits and known values."""
+"""Test exact collisions of two harmonic bodies against 50-digit arithmetic and known values."""
 
 import json
 import math
@@ -14,7 +14,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.reference import modal, stepping
 from tests.decimal_line import collide_in_decimals
 
-# Roundings of some ten modes over some ten contacts, each a few 1e-16, and a reserve of ten.
+# Rounding errors of a few 1e-16 in some ten modes and ten contacts, with a factor of ten as
+# reserve.
 SHARP = 1e-13
 
 
@@ -57,7 +58,7 @@ def test_fifty_digits(fields):
     assert outcome.ending.kind == "proved"
     assert len(outcome.contact_times) == len(sharp.contact_times)
     assert outcome.separation_velocity == pytest.approx(sharp.separation_rate, abs=SHARP * v0)
-    # A light particle between two heavy ones passes 1e2 times more on from contact to contact.
+    # A light particle between two heavy particles amplifies errors 1e2 times more.
     many = 1e2 * SHARP
     assert outcome.contact_times == pytest.approx(sharp.contact_times, abs=many)
     assert outcome.contact_speeds == pytest.approx(sharp.contact_speeds, abs=many * v0)
@@ -92,7 +93,8 @@ def test_initial_state_of_any_kind(tmp_path):
 def test_warm_bodies_in_fifty_digits(fields):
     scene = harmonic(**fields, temperature=4e-3, seed=3)
     line, outcome = scene.line, modal.run(scene.problem)
-    # They fly for less than this before they meet, and are compared after the last contact.
+    # The flight before the first contact takes less than 40, and the states are compared after the
+    # last contact.
     sharp = collide_in_decimals(
         line.masses, line.first, line.strains, line.velocities, outcome.duration + 40.0
     )
@@ -102,7 +104,7 @@ def test_warm_bodies_in_fifty_digits(fields):
     assert outcome.contact_speeds == pytest.approx(sharp.contact_speeds, abs=SHARP)
     assert along_x(outcome, "velocities") == pytest.approx(sharp.velocities, abs=10.0 * SHARP)
     assert along_x(outcome, "displacements") == pytest.approx(sharp.displacements, abs=10.0 * SHARP)
-    # Steps see the same, places of both bodies included.
+    # Stepping gives the same velocities, and the same positions of both bodies.
     stepped = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.05))
     for name in ("velocities", "displacements"):
         assert along_x(stepped, name) == pytest.approx(along_x(outcome, name), abs=1e-9)
@@ -126,8 +128,9 @@ def test_identical_chains_are_one_before_a_wall(particles):
     assert restitution(scene) == pytest.approx(e, abs=SHARP)
     if particles == 50:
         assert e == pytest.approx(0.96581, abs=5e-6)
-    # Seen from the centre of mass each comes with half the speed. A root of a sum over n modes is
-    # known to n units in the last place of its time, up to 100, and contacts pass that on: ten.
+    # In the frame of the centre of mass, each body arrives at half the speed. A root of a sum over
+    # n modes has an error of n units in the last place of its time, which contacts amplify up to
+    # ten times.
     rounding = 10.0 * particles * np.finfo(float).eps * alone.contact_times[-1]
     assert outcome.contact_times == pytest.approx(alone.contact_times, abs=max(rounding, 1e-12))
     assert outcome.contact_speeds == pytest.approx(alone.contact_speeds, abs=1e-12)
@@ -142,7 +145,7 @@ def test_rods_of_two_lengths_tend_to_saint_venants_half(particles, e):
 def test_heavy_target_is_the_wall():
     wall = restitution(harmonic(20, masses=[1, 2]))
     heavy = harmonic(20, masses=[1, 2], target_particles=1, target_masses=[1e9])
-    # The wall gives way by the ratio of masses, 3e-8, and the contacts shift with it.
+    # The heavy target moves in proportion to the ratio of masses, 3e-8, which shifts the contacts.
     assert restitution(heavy) == pytest.approx(wall, abs=1e-6)
     heavier = harmonic(20, masses=[1, 2], target_particles=1, target_masses=[1e11])
     assert restitution(heavier) == pytest.approx(wall, abs=1e-8)
@@ -156,7 +159,7 @@ def test_bodies_may_be_exchanged():
     assert restitution(forth) == pytest.approx(restitution(back), abs=SHARP)
     there, here = modal.run(forth.problem), modal.run(back.problem)
     assert there.contact_times == pytest.approx(here.contact_times, abs=SHARP)
-    # The frame in which the other body is at rest moves with the impact velocity.
+    # The rest frame of the other body moves with the impact velocity.
     assert there.velocities == pytest.approx(-0.1 - here.target_velocities, abs=SHARP)
 
 
@@ -184,13 +187,13 @@ def test_balance_over_extreme_masses(heavy, place):
     masses = np.ones(6)
     masses[place] = heavy
     scene = harmonic(6, masses=masses, target_particles=4, target_masses=[heavy, 1])
-    if heavy < 1.0:  # a light particle that meets the other body does so 1e4 times
+    if heavy < 1.0:  # a light particle in contact with the other body would hit it 1e4 times
         scene = harmonic(6, masses=masses, target_particles=4, target_masses=[1, heavy])
     outcome, line = modal.run(scene.problem), scene.line
     momentum = line.chain_masses @ outcome.velocities
     momentum += line.target_masses @ outcome.target_velocities
     arriving = 0.1 * masses.sum()
-    # Relative to the momentum of all at the speed of their energy, which is that of roundings.
+    # Rounding of the momentum is relative to that of all particles at the speed of their energy.
     size = math.sqrt(2.0 * outcome.energy_start * (masses.sum() + line.target_masses.sum()))
     assert momentum == pytest.approx(-arriving, abs=SHARP * size)
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=SHARP)
@@ -206,7 +209,7 @@ def test_agrees_with_stepping_over_many_particles():
     stepped = stepping.run(
         scene.problem, Numerics(scheme="order8", timestep=0.025), frame_interval=0.5
     )
-    # Order 8 at half the usual step is below 1e-12; contacts pass it on.
+    # At half the usual step, order 8 has an error below 1e-12, which contacts amplify.
     assert exact.eta == pytest.approx(stepped.eta, abs=1e-11)
     for name in ("contact_times", "contact_speeds", "impulses", "velocities", "displacements"):
         assert getattr(exact, name) == pytest.approx(getattr(stepped, name), abs=1e-10)
@@ -234,7 +237,7 @@ def test_restitution_does_not_depend_on_speed(velocity):
 
 @pytest.mark.slow
 def test_the_sensitivity_tells_what_roundings_make():
-    # Few contacts pass nothing on; a light particle between others, 1e5 of them.
+    # A few contacts do not amplify rounding, but the 1e5 contacts of a light particle do.
     calm = harmonic(6, masses=[1, 3])
     assert 0.0 < modal.rounding_sensitivity(calm.problem) < SHARP
     light = harmonic(3, masses=[1e-6, 1, 1e-6])
@@ -252,7 +255,7 @@ def test_reference_values():
             fields |= {k: case[k] for k in ("target_particles", "target_masses")}
         scene = harmonic(case["particles"], case["velocity"], **fields)
         outcome = modal.run(scene.problem)
-        # Good to 1e-9, as the file says.
+        # The file states an error of 1e-9.
         assert outcome.eta == pytest.approx(case["restitution"], abs=1e-9)
         assert len(outcome.contact_times) == case["contacts"]
         assert outcome.contact_times[-1] == pytest.approx(case["last_contact_time"], abs=1e-9)
@@ -269,7 +272,7 @@ def test_refuses_what_is_no_collision_of_hard_particles(tmp_path):
 
 def test_particle_at_rest_that_is_pulled_away_is_hit_later(tmp_path):
     state = tmp_path / "state.csv"
-    # The bond pulls particle 1 off the wall first; the others bring it back.
+    # The bond first pulls particle 1 off the wall; the other particles bring it back.
     state.write_text("strain,velocity\n0.0,0.0\n0.05,-0.01\n0.0,-0.1\n")
     scene = Scene(potential="harmonic", particles=3, initial=state)
     outcome, line = modal.run(scene.problem), scene.line

@@ -28,7 +28,7 @@ def restitution(outcome, scene):
 
 
 def sufficient_step(scene):
-    """Order-8 step that reaches 1e-9: the faster the impact, the stiffer compressed bonds get."""
+    """Return an order-8 step with an error of 1e-9: fast impacts make bonds stiffer."""
     speed = scene.speed or 0.0
     if speed <= 0.2:
         return 0.1
@@ -48,10 +48,11 @@ def test_reference_values(case, scheme, longer):
     scene = case_scene(case)
     numerics = Numerics(scheme=scheme, timestep=longer * sufficient_step(scene))
     outcome = stepping.run(scene.problem, numerics)
-    # The values are good to 1e-9 and so is the run.
+    # The published values and the run each have an error of 1e-9.
     assert restitution(outcome, scene) == pytest.approx(case["restitution"], abs=2e-9)
     assert len(outcome.contact_times) == case["contacts"]
-    # Given to 5e-8; a contact time is a thousand times more sensitive than the restitution.
+    # Published times have an error of 5e-8. Contact times are a thousand times more sensitive than
+    # the restitution.
     assert outcome.contact_times[-1] == pytest.approx(case["last_contact_time"], abs=2e-6)
 
 
@@ -74,7 +75,7 @@ def test_order_of_convergence(scheme, steps):
         found = stepping.run(scene.problem, Numerics(scheme=scheme, timestep=step)).velocities
         errors.append(np.linalg.norm(found - exact))
     slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    # The next even order bends the line a little at finite steps.
+    # At finite steps, the next even order changes the slope slightly.
     assert slope == pytest.approx(
         STEP_SCHEMES[scheme].order, abs=0.08 * STEP_SCHEMES[scheme].order + 0.2
     )
@@ -101,8 +102,8 @@ def test_time_reversal(scheme, potential):
     back.velocity[:] *= -1.0
     back.run_state.steps = 0
     assert back.advance(target_steps - 1) == bookkeeping.DONE
-    # A symmetric map undoes itself, partial steps to the wall and from it included. What is left
-    # is rounding: one epsilon a stage at random, grown thirtyfold by what contacts amplify.
+    # A symmetric map is its own inverse, including the partial steps to the wall and from it. Only
+    # rounding remains: a random epsilon per stage, which contacts amplify thirtyfold.
     allowed = 30.0 * np.finfo(float).eps * np.sqrt(2 * target_steps * stepper.scheme.evaluations)
     v0 = scene.impact_velocity
     assert np.abs(back.velocity + early.velocity).max() < allowed * v0
@@ -128,7 +129,7 @@ def test_balances(potential):
     v0 = scene.impact_velocity
     gained = outcome.velocities.sum() + 50 * v0
     assert outcome.impulses.sum() == pytest.approx(gained, rel=1e-12)
-    # Energy is conserved to the order of the method, as far as rounding at this step.
+    # At this step, the energy error of the method is as small as rounding.
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-9)
     assert outcome.displacements[0] == 0.0
     assert np.all(np.diff(outcome.contact_times) > 0.0)
@@ -146,7 +147,7 @@ def test_frames_change_nothing(interval):
     assert frames is not None
     assert np.allclose(frames.times, np.arange(len(frames.times)) * interval, rtol=1e-15)
     assert frames.times[-1] + interval > filmed.duration - 0.1
-    # Each frame is an exact state: a motion with a quarter of the step passes the same ones.
+    # Each frame is an exact state, which a run at a quarter of the step also gives.
     finer = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.025), interval).frames
     shared = min(len(frames.times), len(finer.times))
     for name in ("displacements", "velocities"):
@@ -167,17 +168,17 @@ def test_particles_ahead_of_the_front_may_be_left_out():
         chain.advance(1000)
         states.append(chain)
         if active is None:
-            assert chain.run_state.active < 299  # something was left out
+            assert chain.run_state.active < 299  # some bonds were left out
     restricted, full = states
-    # What is left out is 1e-24 v0 a step. Only multiply-adds at the ragged end of vector loops
-    # may differ, by a rounding each.
+    # The omitted motion is 1e-24 v0 per step. Only fused multiply-adds at the end of vector loops
+    # may round differently.
     v0 = scene.impact_velocity
     assert np.abs(restricted.velocity - full.velocity).max() < 1e-13 * v0
     assert np.abs(restricted.strain - full.strain).max() < 1e-13 * v0
 
 
 def test_contacts_do_not_depend_on_the_step():
-    # At 1.0 particle 1 leaves and returns within a step or two: no hit may be lost.
+    # At this step, particle 1 leaves and returns within one or two steps. No contact may be missed.
     scene = Scene(potential="harmonic", particles=40)
     coarse = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.9))
     fine = stepping.run(scene.problem, Numerics(scheme="order8", timestep=0.05))
@@ -251,7 +252,8 @@ def test_bonds_of_users(force, compiled, scheme):
     scene = Scene(potential=bond, particles=10, velocity=named.impact_velocity)
     numerics = Numerics(scheme=scheme, timestep=0.2)
     ours, theirs = stepping.run(named.problem, numerics), stepping.run(scene.problem, numerics)
-    # The same force to rounding; 1e-16 / s of cancellation in the user's formula is 1e-13.
+    # The two forces differ only by rounding. Cancellation of 1e-16/s in the user's formula is
+    # 1e-13.
     assert np.abs(ours.velocities - theirs.velocities).max() < 1e-11 * named.impact_velocity
 
 
@@ -268,7 +270,7 @@ def test_a_chain_after_its_last_contact_goes_the_same_way():
     again.run_state["argue_after"] = np.inf
     again.stepper = stepper.of_size((0.02 * steps - last) / count)
     assert again.advance(count) == bookkeeping.DONE
-    # Both are good to 1e-10 by then.
+    # At this time, each motion has an error of 1e-10.
     assert again.strain == pytest.approx(chain.strain, abs=1e-9)
     assert again.velocity == pytest.approx(chain.velocity, abs=1e-9)
     assert again.run_state["position"] == pytest.approx(chain.run_state["position"], abs=1e-9)
@@ -276,7 +278,8 @@ def test_a_chain_after_its_last_contact_goes_the_same_way():
 
 
 def test_a_zero_is_settled_in_a_few_moves():
-    # x = 2 - t^2, 0 at no number, by Newton's moves from 1: errors 0.09, 2e-3, 2e-6, 2e-12.
+    # No floating-point number is a zero of x = 2 - t^2. Newton's method from 1 has errors of 0.09,
+    # 2e-3, 2e-6, 2e-12.
     low, high, time, settled, moves = 0.0, 2.0, 1.0, False, 0
     while not settled and moves < 20:
         low, high, time, settled = narrow(low, high, time, (2.0 - time**2, -2.0 * time, -2.0))

@@ -16,8 +16,8 @@ def by_steps(step, **scene):
 def test_one_particle_turns_where_the_contact_holds_its_energy(stiffness, exponent):
     law = {"contact_stiffness": stiffness, "contact_exponent": exponent}
     found = by_steps(0.02, particles=1, velocity=0.05, **law)
-    # K d^(q + 1)/(q + 1) = v0^2/2. Steps of 1/100 of the contact leave about 1e-8 of the overlap,
-    # as a polynomial of order 5 across the turning point does.
+    # The overlap follows from K d^(q + 1)/(q + 1) = v0^2/2. With steps of 1/100 of the contact, the
+    # polynomial of order 5 across the turning point has a relative error of about 1e-8.
     energy = 0.5 * 0.05**2
     expected = ((exponent + 1.0) * energy / stiffness) ** (1.0 / (exponent + 1.0))
     assert found == pytest.approx(expected, rel=1e-7)

@@ -1,4 +1,4 @@
-"""Test the statements on points: comparisons that prove little, and points without one."""
+"""Test the statements on comparisons that prove little, and on points without comparison."""
 
 import pytest
 
@@ -45,7 +45,7 @@ def test_difference_larger_than_the_error_asked_is_named_and_is_the_bar(health):
 
 
 def test_points_not_given_to_lammps_are_distinguished_from_failures(health):
-    # LAMMPS's values at 0.1 and 1.5 v*; at 2 v* it misses the error asked.
+    # LAMMPS gave results at 0.1 and 1.5 v*; at 2 v*, its error exceeds the tolerance.
     assert health["by_lammps"] == 2
     assert health["not_given"] == ["lj, n = 100, 4 v*, LAMMPS: RunError: too sharp"]
     assert [text.split(":")[0] for text in health["failures"]] == [
@@ -55,5 +55,5 @@ def test_points_not_given_to_lammps_are_distinguished_from_failures(health):
 
 
 def test_points_that_nothing_checks_are_counted(health):
-    """One that LAMMPS was not given, and a longer chain; that without any result is no such one."""
+    """Count a point not given to LAMMPS and a longer chain, but not a point without result."""
     assert (health["alone"], health["longest_compared"]) == (2, 100)

@@ -52,7 +52,7 @@ def found():
 
 
 def test_intervals_and_speeds_are_constant_in_good_approximation_but_for_the_last(found):
-    # Deviations of 0.0748 and 0.0508 v0, of means of 2.3044 and 1.1461 v0.
+    # Deviations are 0.0748 and 0.0508 v0, relative to means of 2.3044 and 1.1461 v0.
     assert found["constant intervals"].value == pytest.approx(0.0748 / 2.3044, abs=1e-4)
     assert found["constant speeds"].value == pytest.approx(0.0508 / 1.1461, abs=1e-4)
     assert "the last is 3.78" in found["constant intervals"].text
@@ -68,22 +68,23 @@ def test_wall_shakes_faster_than_all_modes_on_average(found):
 
 def test_leading_order_of_the_dispersion_leaves_no_vibration(found):
     assert found["leading order"].value == pytest.approx(1.0, abs=1e-12)
-    # By hand: f dt = 2n, so that sin(omega_j f dt/2) = sin(pi j).
+    # With f dt = 2n, sin(omega_j f dt/2) = sin(pi j).
     j = np.arange(1, 50)
     half = 0.5 * np.pi * j / 50 * PAIR_INTERVAL
     by_hand = (np.sin(np.pi * j) / np.sin(half)) ** 2
     energies = basile_dumont_energies(50, frequencies=np.pi * np.arange(50) / 50)
-    # Phases near 150 are known to 3e-14; the sine below is 1e-3 at least: (3e-14/1e-3)^2.
+    # Phases near 150 have errors of 3e-14, and the sine in the denominator is at least 1e-3. The
+    # energies are thus below (3e-14/1e-3)^2.
     assert float(np.max(energies)) < 1e-20
     assert float(np.max(by_hand)) < 1e-20
     assert np.sum(basile_dumont_energies(50)) > 0.1
 
 
 def test_factor_is_judged_as_the_limit_that_it_is_derived_as(found):
-    """Chains of n = 100 to 500 have 0.68; that they are near 0.652 is not what is asked."""
+    """Judge the limit of long chains, although chains of n = 100 to 500 have 0.68, near 0.652."""
     (claim,) = (c for c in claims_of(harmonic_lengths) if c.key == "harmonic prefactor")
     factor = found["harmonic prefactor"]
-    # Four errors: the scatter is that of the phases of the last contacts.
+    # The tolerance is four errors, because results scatter with the phases of the last contacts.
     assert abs(factor.value - harmonic_dissipation_limit()) < 4.0 * factor.error < 0.02
     assert claim.judge(factor).verdict is Verdict.NOT_REPRODUCED
     assert claim.errors_away(factor) > 20.0
@@ -113,7 +114,7 @@ def test_orbits_are_similar_and_fast_chains_lose_their_order():
     assert "pass through each other at v₀ = 1 speeds of sound, and not at 0.3" in found.text
     both = tuple(map(MeasuredPoint, scenes, answers, answers))
     velocities = Measurements(QUICK, (), {"harmonic_velocities": both})
-    # u/v0 is of the order of 1 and known to some 1e-13 of the length of the chain.
+    # u/v0 is about 1 and has an error of some 1e-13 times the length of the chain.
     assert claims_of(trajectories)[2].found(velocities).value < 1e-10
 
 
@@ -144,7 +145,7 @@ def test_what_does_not_depend_on_velocity_is_judged_by_what_the_engines_differ_b
     )
     measured = Measurements(QUICK, (), {"harmonic_velocities": points})
     found = {claim.key: claim.found(measured) for claim in claims_of(harmonic_contacts)[:3]}
-    # Of t_c in units of n - 1 = 2.
+    # t_c is in units of n - 1 = 2.
     assert found["independence of contact time"].value == pytest.approx(1e-8, rel=1e-6)
     assert found["independence of contact time"].error == pytest.approx(2e-8, rel=1e-6)
     assert found["independence of modes"].value == pytest.approx(2e-8, rel=1e-6)

@@ -1,4 +1,4 @@
-"""Test powers of the increase over one common range and in the limit of low speed."""
+"""Test powers of the increase in a common range and in the limit of low speed."""
 
 import numpy as np
 import pytest
@@ -43,12 +43,12 @@ def increase(order: int, curve) -> Curve:
 
 @pytest.mark.parametrize("order", [4, 6])
 def test_limit_is_found_where_no_range_gives_it(order):
-    """The next term is smaller by v^(r-2): the power of any range is above the limit."""
+    """Use a next term that is smaller by v^(r-2), so that every range gives too large a power."""
     m = order - 2
     found = increase(order, lambda u: 0.4 * u**m * (1.0 + (u / 0.02) ** m))
     limit = limit_power(found, order)
     first = local_powers(found)[1][0]
-    # What the straight line leaves out is of second order in (v/0.02)^m, below 0.06 here.
+    # The straight line leaves out terms of second order in (v/0.02)^m, below 0.06 here.
     assert abs(limit.value - m) <= 0.5 * abs(first - m)
     assert abs(limit.value - m) <= 3.0 * limit.error
     assert found.between(*FIT_RANGE).power_law().exponent > m + 0.3
@@ -58,7 +58,7 @@ def test_fits_are_over_one_range_its_halves_and_on_to_the_end_whatever_the_numbe
     for curve in (lambda u: u**1.34, lambda u: u**2.09):
         fits = increase(4, curve).over(RANGES, Curve.power_law)
         ends = [(fit.first, fit.last) for fit in fits]
-        # The ends to one speed of these, which are a factor of 1.26 apart.
+        # The ends agree within one of the speeds, which are a factor of 1.26 apart.
         assert ends[0] == pytest.approx(FIT_RANGE, rel=0.26)
         assert ends[1][0] == pytest.approx(FIT_RANGE[0], rel=0.26)
         assert ends[2][1] == pytest.approx(FIT_RANGE[1], rel=0.26)
@@ -68,7 +68,7 @@ def test_fits_are_over_one_range_its_halves_and_on_to_the_end_whatever_the_numbe
 
 @pytest.mark.parametrize(("kink", "verdict"), [(0.1, Verdict.UNDECIDED), (9.0, Verdict.CORRECTED)])
 def test_slope_that_the_points_beyond_the_range_give_is_undecided(kink, verdict):
-    """Figure 6 prints 3.14 for r = 5, and no range: ours gives it if carried on to 0.2 v*."""
+    """Leave r = 5 undecided: a range up to 0.2 v* gives the 3.14 that figure 6 prints."""
     points = increase(5, lambda u: 20.0 * u**3 * max(1.0, u / kink)).points
     zero = point(Scene(potential="harmonic", velocity=0.1), 0.97)
     measured = Measurements(QUICK, (), {"increase": (*points, zero)})
@@ -103,7 +103,7 @@ def test_shortening_of_contact_times_is_bounded_by_what_the_engines_differ_by():
     zero = both(Scene(potential="harmonic", velocity=0.1), 200.0)
     found = shortening_of(chains, zero)
     np.testing.assert_allclose(found.y, 3.0 * SPEEDS**2, atol=1e-12)
-    # A tenth of a microunit each; times near 200 are known to 3e-14.
+    # Each time has an error of 1e-7; times near 200 are rounded to 3e-14.
     np.testing.assert_allclose(found.errors, 2e-7, rtol=1e-6)
     limit = limit_power(found, 4)
     assert abs(limit.value - 2.0) < 1e-6 + limit.error

@@ -1,4 +1,4 @@
-"""Test claims on eta against speed by artificial curves with known answers."""
+"""Test claims on eta as a function of speed by artificial curves with known results."""
 
 import math
 from dataclasses import replace
@@ -23,7 +23,7 @@ def valley(speed: float) -> float:
 
 
 def measurements(curve=lambda name, u: valley(u), contacts=lambda u: 84 + int(16 * (u > 1.0))):
-    """Curves of three bonds; log above 3 v* is set equal to hard spheres."""
+    """Return curves of three bonds; log above 3 v* has the results of hard spheres."""
 
     def point(name: str, speed: float) -> MeasuredPoint:
         is_limit = name == "log" and speed > 3.0
@@ -42,7 +42,7 @@ def measurements(curve=lambda name, u: valley(u), contacts=lambda u: 84 + int(16
 
 
 def test_limits_rest_on_what_was_integrated():
-    """Log chains that were set equal to hard spheres are no evidence that eta goes to 1."""
+    """Exclude log chains that were set equal to hard spheres from evidence that eta goes to 1."""
     measured = measurements(lambda name, u: 0.9 if name == "log" else valley(u))
     found = CLAIM["high-speed limit"].found(measured)
     assert found.value == pytest.approx(0.9)
@@ -84,10 +84,10 @@ def with_harmonic(curve):
 
 @pytest.mark.parametrize("gap", [0.0, 0.014, 0.0275])
 def test_low_speed_limit_tells_a_harmonic_chain_from_one_that_loses_nothing(gap):
-    """A margin as wide as what the harmonic chain loses would let eta = 1 pass."""
+    """Require a margin narrower than the loss of the harmonic chain, so that eta = 1 fails."""
     claim = CLAIM["low-speed limit"]
     limit = claim.found(with_harmonic(lambda _, u: 0.97 + gap - 0.3 * u - 2.0 * u**2))
-    # A parabola through its own points: what is left are bars of 1e-9 each, some tens of them.
+    # The curve is a parabola, so that only error bars of 1e-9 remain, times some tens.
     assert limit.value == pytest.approx(-gap, abs=1e-7)
     assert (claim.judge(limit).verdict is Verdict.REPRODUCED) == (gap == 0.0)
 
@@ -110,7 +110,7 @@ def test_exponent_of_other_types_is_that_of_the_one_further_from_1(power):
         (valley, lambda u: 84 + int(16 * (u > 1.0)), 1.0),
         (valley, lambda u: 84, 0.0),
         (lambda u: valley(u / 3.0), lambda u: 84 + int(16 * (u > 1.0)), 0.0),
-        # A rise within the bars is none.
+        # A rise within the error bars is not counted.
         (lambda u: 0.7 + 1e-6 * u, lambda u: 84, 0.0),
     ],
 )

@@ -1,4 +1,4 @@
-"""Test which slow chains count on the common curve, and the C of each bond."""
+"""Test which slow chains are used for the common curve, and C of each bond."""
 
 import pytest
 
@@ -21,7 +21,7 @@ from chaincor.workflows.reproduce.plan import QUICK
 
 
 def measurements():
-    """Chains that lose what theory says."""
+    """Return chains whose loss is that of the theory."""
 
     def point(scene):
         if variable_of(MeasuredPoint(scene, None, None)) < 30.0:
@@ -49,8 +49,8 @@ def test_short_and_fast_chains_do_not_count_and_others_once():
     groups = slow_long_chains(measurements())
     assert set(groups) == {"lj", "toda, b = 3", "toda, b = 10", "toda, b = 30", "log"}
     lj = groups["lj"]
-    # Five lengths near each size. 0.6 n^(2/3) is 5.8 at n = 30: there are not all values of y. At
-    # n = 1000 0.01 and 0.1 v* have y = 2.7 and 27.
+    # There are five lengths near each size. At n = 30, the limit 0.6 n^(2/3) is 5.8, which excludes
+    # some values of y. At n = 1000, speeds of 0.01 and 0.1 v* have y = 2.7 and 27.
     assert len(lj) == 5 * (len(QUICK.slow_sizes) * len(QUICK.slow_variables) - 1) + 2
     assert len({(p.particles, p.scene.impact_velocity) for p in lj}) == len(lj)
     for p in lj:
@@ -64,7 +64,7 @@ def test_means_average_the_phase_and_have_bars():
     assert [row.size for row in lj[:4]] == [30] * 3 + [100]
     for row in rows:
         assert row.chains == (1 if row.bond in ("toda, b = 3", "toda, b = 30") else 5)
-        # Chains that lose what theory says have the distance 2 beta, at any length.
+        # At any length, chains with the theory's loss have the distance 2 beta.
         assert row.distance == pytest.approx(2.0 * FRONT_LEAD, rel=1e-3)
         assert row.error > 0.0
     assert {"distance_error", "chains"} <= set(figure(measurements()).records[0])
@@ -79,9 +79,10 @@ def test_slopes_are_those_of_the_longest_steep_chain():
     ]
     for row in rows.values():
         assert row["measured"] == pytest.approx(row["expected"], rel=1e-9)
-        # The longest of the five lengths near 1000, and 1000 alone for other b of toda.
+        # The chain is the longest of the five near 1000, or the only chain of 1000 for other b of
+        # toda.
         assert row["particles"] in (1000, 1060)
-    # Of the chains of 1060 the fastest counts.
+    # The fastest of the chains of 1060 is used.
     assert rows["lj"]["variable"] == pytest.approx(max(QUICK.slow_variables), rel=1e-4)
     assert (rows["lj"]["paper_simulation"], rows["log"]["paper_simulation"]) == (0.66, None)
     assert "1.014 for lj" in infinite_chain(measurements())

@@ -76,7 +76,7 @@ def test_arguments_of_every_kind_arrive_and_what_was_kept_gives_the_same(tmp_pat
         assert kernel.compiled == compiled
     plain = arguments()
     expected = build(doubled)(*plain)
-    # Three sums of exponentials, each rounded a few times.
+    # The result is the sum of three exponentials, each with a few rounding errors.
     assert results[0][0] == pytest.approx(expected, rel=1e-14)
     assert np.array_equal(np.frombuffer(results[0][1]), plain[0].first)
     assert results[0] == results[1]
@@ -99,7 +99,7 @@ def test_what_is_damaged_is_compiled_again(tmp_path, monkeypatch, damage):
             "changed": bytes(changed),
             "other": b"[1]\n" + whole,
             "empty": b"",
-            # The name of no function: called by it, the process would crash.
+            # No function has this name: a call would crash the process.
             "symbol": whole.replace(b'"symbol": "', b'"symbol": "x'),
         }[damage]
     )
@@ -128,7 +128,7 @@ def test_arguments_of_other_types_are_another_loop(tmp_path, monkeypatch):
     kernel = loop(tmp_path, monkeypatch)
     pair, weights, table, *rest = arguments()
     kernel(pair, weights, table, *rest)
-    # Every second column: strides tell where they are.
+    # The argument is every second column, which only strides describe.
     wide = np.zeros((2, 6))
     wide[:, ::2], wide[:, 1::2] = table, 99.0
     pair = arguments()[0]
@@ -279,7 +279,7 @@ def test_prints_change_with_what_a_function_uses(monkeypatch):
 
 
 def test_every_bond_has_a_print():
-    # Whose code changes is compiled again; of two formulas neither is taken for the other.
+    # Loops of bonds whose code changes are compiled again, and two formulas are never confused.
     fields = [{"potential": name} for name in ("harmonic", "lj", "toda", "log", "morse")]
     fields += [{"potential": "power", "power_order": order, "power_c": 1.0} for order in (4, 6)]
     energies = ("exp(-3*(r-1))+3*r", "log(r)^2+tanh(r-1)^2+0.2*(r-1)^4", "sinh(r-1)^2+(r-1)^2")
@@ -296,13 +296,13 @@ def test_a_run_with_loops_that_are_kept_loads_neither_numba_nor_scipy():
         "collide(Scene(particles=5, tolerance=1e-4, engine='reference'))\n"
         "print('numba' in sys.modules, 'scipy' in sys.modules)"
     )
-    for _ in range(2):  # the first may have to compile
+    for _ in range(2):  # the first process may have to compile
         printed = python(program)
     assert printed.split() == ["False", "False"]
 
 
 def spring(stiffer):
-    """Return a bond of a user's, whose force closes over a number."""
+    """Return a user's bond whose force is a closure over a number."""
 
     def force(s):
         return -s - stiffer * s**3
@@ -311,7 +311,7 @@ def spring(stiffer):
 
 
 def carried(bond):
-    """Return eta by one step size, and how often its loop was compiled."""
+    """Return eta at one step size, and the number of compilations of its loop."""
     scene = Scene(potential=bond, particles=3, velocity=0.3, engine="reference")
     numerics = Numerics(scheme="verlet", timestep=0.05)
     eta = stepping.run(scene.problem, numerics).velocities.tobytes()
@@ -324,7 +324,7 @@ def test_the_loops_of_a_users_force_are_kept_until_it_changes(tmp_path, monkeypa
     (first, compiled), (again, not_again) = carried(spring(4.0)), carried(spring(4.0))
     assert (compiled, not_again) == (1, 0)
     assert again == first
-    # Both have the same name in the same process.
+    # In one process, the two functions have the same name.
     other, compiled = carried(spring(5.0))
     assert compiled == 1
     assert other != first

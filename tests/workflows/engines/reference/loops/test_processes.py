@@ -29,7 +29,7 @@ def loop(function):
 
 
 def run_squares(marker):
-    """Compile a loop, or load it, and leave a trace."""
+    """Compile or load a loop, and record this in a file."""
     loop(add_squares)(np.ones(3))
     marker.write_text(str(os.getpid()))
 
@@ -99,5 +99,5 @@ def test_nothing_depends_on_whether_it_succeeds(tmp_path, monkeypatch, late):
         *((run_squares, tmp_path / "marker") if late else (fail,))
     ):
         assert loop(add)(np.ones(3)) == 3.0
-    with processes.compile_in_background(lambda: None):  # which no other process can be told
+    with processes.compile_in_background(lambda: None):  # which another process cannot receive
         assert loop(add_squares)(np.ones(3)) == 3.0
