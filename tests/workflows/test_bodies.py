@@ -52,7 +52,7 @@ def test_eta_is_the_ratio_of_relative_translational_energies(both):
     apart = result.velocity_after - (result.target_velocity_after or 0.0)
     assert result.restitution == pytest.approx((apart / v0) ** 2, rel=1e-12)
     assert result.kinematic_restitution == math.sqrt(result.restitution)
-    # In the frame of both centres of mass: mu (relative speed)^2 / 2.
+    # In the frame of the common centre of mass, the energy is mu (relative speed)^2 / 2.
     total = line.chain_masses @ result.velocities
     mass = float(np.sum(line.chain_masses))
     energy = result.translational_energy
@@ -72,12 +72,12 @@ def test_momentum_and_energy_are_balanced(both):
     after = result.translational_energy + result.vibrational_energy
     if not line.rigid:
         after += result.target_translational_energy + result.target_vibrational_energy
-        # N additions of numbers of that size.
+        # The tolerance covers rounding of N additions.
         found = line.chain_masses @ result.velocities + line.target_masses @ (
             result.target_velocities
         )
         assert found == pytest.approx(momentum, rel=1e-13)
-    # The steps are for 1e-8 of eta, and lose as much energy at most.
+    # The tolerance of eta is 1e-8, and energy errors are of this size.
     assert after == pytest.approx(energy, rel=1e-7)
     assert result.momentum_residual < 1e-12
 
@@ -85,8 +85,8 @@ def test_momentum_and_energy_are_balanced(both):
 @pytest.mark.parametrize("engine", ["reference", "lammps"])
 @pytest.mark.parametrize("contact", ["hard", "power"])
 def test_which_body_is_called_the_target_decides_nothing(engine, contact):
-    # A target may stand on either side: by reflection and Galilean invariance the two collisions
-    # are one, seen by the one body and by the other.
+    # By reflection and Galilean invariance, the two scenes are the same collision with the roles of
+    # chain and target exchanged.
     bodies = {"particles": 6, "masses": (1.0, 2.0), "target_particles": 3, "target_masses": (1.5,)}
     turned = {"particles": 3, "masses": (1.5,), "target_particles": 6, "target_masses": (1.0, 2.0)}
     shared = {"potential": "lj", "contact": contact, "engine": engine, "tolerance": 1e-8}
@@ -95,7 +95,8 @@ def test_which_body_is_called_the_target_decides_nothing(engine, contact):
     bar = seen.restitution_error + by_target.restitution_error
     assert abs(seen.restitution - by_target.restitution) <= bar
     assert seen.contacts == by_target.contacts
-    # The energy of relative motion, 1/2 mu v0^2 of the bodies' reduced mass, is what eta divides.
+    # eta is relative to the energy of the relative motion, 1/2 mu v0^2, with the bodies' reduced
+    # mass mu.
     chain, target = 3 * (1.0 + 2.0), 3 * 1.5
     relative = 0.5 * chain * target / (chain + target) * seen.velocity**2
     vibrating = [seen.vibrational_energy, seen.target_vibrational_energy]
@@ -229,7 +230,7 @@ def test_the_motion_has_both_bodies(name):
     for state, atoms in zip(states, result.to_ase(60), strict=True):
         assert np.array_equal(atoms.positions[:, 0], state.all_positions)
         assert np.array_equal(atoms.get_masses(), masses)
-        # Steps for an eta of 1e-8; the bonds' energy of both bodies is in it.
+        # The total energy includes the bonds of both bodies; the tolerance of eta is 1e-8.
         assert atoms.get_total_energy() == pytest.approx(start, rel=1e-6)
         assert abs(atoms.get_forces()[n:].sum()) < 1e-13
     assert list(atoms.arrays["bonds"]).count("_") == 2
@@ -249,7 +250,8 @@ def test_forces_on_a_target_are_the_slope_of_the_energy():
         low[i] -= h
         high[i] += h
         slope = [float(np.sum(scene.bond.energy(-np.diff(each) - 1.0))) for each in (low, high)]
-        # Central differences, h^2 U''''/6 = 2e-11 with b = 10, and rounding of 1e-17/h.
+        # Central differences have errors of h^2 U''''/6 = 2e-11 with b = 10, and rounding of
+        # 1e-17/h.
         assert atoms.get_forces()[n + i, 0] == pytest.approx(
             -(slope[1] - slope[0]) / (2.0 * h), abs=1e-8
         )
@@ -259,6 +261,6 @@ def test_contacts_too_stiff_for_lammps_are_named():
     scene = Scene(particles=4, contact="power", contact_stiffness=1e90)
     with pytest.raises(RunError, match=r"with contact_stiffness 1e\+90 the contact would vibrate"):
         collide(scene)
-    # Of times beyond all others one digit is enough.
+    # For such long times, one digit is enough.
     with pytest.raises(CostError, match=r"about \de\+\d+ days .* a smaller contact_stiffness"):
         collide(scene.replace(engine="reference"))

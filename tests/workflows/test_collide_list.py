@@ -45,7 +45,7 @@ def test_those_of_a_kind_are_carried_out_together_and_are_what_they_are_alone():
 @pytest.mark.slow_cases
 @pytest.mark.usefixtures("place")
 def test_the_first_that_fails_is_named():
-    # Bonds of the harmonic chain in LAMMPS cross at this speed.
+    # Particles of the harmonic chain cross in LAMMPS at this speed.
     scenes = [SCENES[1], Scene(potential="harmonic", particles=10, velocity=2.0)]
     with pytest.raises(RunError) as failed:
         collide(scenes, workers=2)
@@ -104,7 +104,7 @@ def test_what_cannot_be_is_refused_before_anything_runs(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-# As test_interrupted.py: what a notebook does.
+# As in test_interrupted.py, the session imitates a notebook.
 SESSION = """
 import signal, traceback
 from chaincor import Scene, collide

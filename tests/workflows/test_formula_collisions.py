@@ -26,7 +26,7 @@ def test_morse_chains_are_those_of_another_integrator(particles, speed, engine):
     assert abs(result.restitution - eta) <= result.restitution_error + error
 
 
-# Compiling the loops of a formula takes half a minute, once.
+# The loops of a formula take half a minute to compile once.
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["reference", "lammps"])
 @pytest.mark.parametrize(("formula", "potential"), [(LJ, "lj"), (MORSE, "morse")])
@@ -39,8 +39,8 @@ def test_formulas_of_named_bonds_collide_as_these_do(formula, potential, engine)
     assert allowed < 2e-8
     assert abs(found.restitution - named.restitution) <= allowed
     assert found.scene_sha256 != named.scene_sha256
-    # Bars hide a wrong force; the engines' own digits do not. LAMMPS has other table rows and
-    # steps, and coordinates rounded to 12 eps/v0 = 3e-14.
+    # Error bars could hide a wrong force, so that a tighter limit is also tested. LAMMPS has other
+    # table rows and steps, and coordinates rounded to 12 eps/v0 = 3e-14.
     sharp = 1e-12 if engine == "reference" else 1e-9
     assert found.restitution == pytest.approx(named.restitution, abs=sharp)
 
@@ -58,7 +58,7 @@ def test_other_stiffness_and_natural_length(engine):
     assert found["stiffness"] == pytest.approx(72.0 / 2 ** (1 / 3) * 0.02 / 0.81, rel=1e-13)
     assert found["parameters"] == MIE["parameters"]
     assert "eps" in found["energy"]
-    # Lengths as the formula counts them.
+    # Lengths are in the units of the formula.
     assert found["bond_min"] < rest < found["bond_max"] < rest + 0.3
 
 
@@ -79,7 +79,7 @@ def test_a_morse_chain_breaks_and_its_end_is_reported(engine):
 
 @pytest.mark.parametrize("engine", ["reference", "lammps"])
 def test_morse_particles_that_would_meet_are_refused(engine):
-    # U at zero length is (e^2 - 1)^2/8 = 5.1: two particles at +-2.5 have more, 6.25.
+    # U at zero length is (e^2 - 1)^2/8 = 5.1. Two particles at +-2.5 have a larger energy of 6.25.
     scene = Scene(potential="morse", morse_a=2.0, particles=2, velocity=2.5, engine=engine)
     with pytest.raises(CrossingError, match="morse bond cannot"):
         collide(scene, tolerance=1e-6)
@@ -95,7 +95,7 @@ def test_a_formula_over_its_barrier_is_refused():
 
 
 def test_no_text_of_a_scene_reaches_a_script(tmp_path, monkeypatch):
-    # What the loops of a formula would scout says nothing of texts.
+    # The pilot run does not affect the texts.
     monkeypatch.setattr("chaincor.workflows.scripted.usual_pilot_run", lambda *_: None)
     energy = "0.5*(1+shell)*s^2 + run*s^4"
     scene = Scene(

@@ -1,4 +1,4 @@
-"""Test grids of jobs: written, run by the array script, killed, collected, run again."""
+"""Test that grids of jobs are written, run by the array script, killed, collected, resumed."""
 
 import csv
 import os
@@ -19,8 +19,8 @@ from chaincor.workflows.store.export import to_pandas
 from chaincor.workflows.store.results_store import Store
 from tests.lmp import LMP
 
-# Kills LAMMPS, once, in the jobs whose names are in KILL, when it has written a restart file: there
-# it sleeps until it is killed with its sleep, so that it is not quicker than the blow.
+# This program kills LAMMPS once in each job named in KILL, after it has written a restart file.
+# LAMMPS sleeps at this point, so that it cannot finish before it is killed.
 KILLER = """#!/bin/bash
 for name in $KILL; do
     if [ "$(basename "$PWD")" = "$name" ] && [ ! -e killed ]; then
@@ -100,7 +100,7 @@ def test_a_grid_is_collected_named_resubmitted_and_complete(chaincor, tmp_path):
     assert len(table) == count
     assert (table.restitution_error <= 1e-8).all()
     assert table.tolerance_met.all()
-    # A job that was killed goes on to the number of one that was not.
+    # A killed job that is resumed gives the result of a job that was not killed.
     whole = tmp_path / "whole"
     write_grid([Scene(**fields(rows[k - 1])) for k in killed], ["speed"], whole)
     submit(whole)
@@ -145,7 +145,8 @@ def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(chaincor, tm
     assert out.startswith("1 jobs: 1 done; results in ")
     with Store(tmp_path / "results.sqlite") as kept:
         assert kept.find(scene).restitution == job.row.restitution
-    # Of the momentum of masses 1, 4, 1; a run by LAMMPS loses no more than rounding of some steps.
+    # The residual is relative to the momentum of masses 1, 4, 1. LAMMPS changes momentum only by
+    # rounding.
     assert job.row.columns["momentum_residual"] < 1e-12
     log = tmp_path / "0001" / "log.lammps"
     worse = [
@@ -155,7 +156,7 @@ def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(chaincor, tm
     log.write_text("\n".join(worse))
     (job,) = collect_grid(tmp_path)
     assert job.row.columns["tolerance_met"] is False
-    # Of a job of older scripts that went on in the second of its runs, and of no job at all.
+    # One log is of an older job that was resumed in its second run, and one is of no job.
     lost = [line for line in worse if not line.startswith("contacts = ")]
     wrong = ["restitution = -7.5", "restitution_error = 0.1", "contacts = 3"]
     for lines, words in (
@@ -187,7 +188,7 @@ def test_a_grid_is_not_overwritten_unasked(tmp_path):
     with pytest.raises(InputError, match=r"has manifest\.csv, submit\.bash, 0001 already"):
         write_grid(scenes, [], tmp_path)
     write_grid(scenes, [], tmp_path, replace_existing=True)
-    # The result of the older job is not taken for that of the new one.
+    # The result of the older job must not be taken for that of the new job.
     assert [job.state for job in collect_grid(tmp_path)] == ["missing"]
 
 
@@ -260,7 +261,7 @@ def test_what_a_sweep_has_no_use_for_is_refused(options, line, chaincor, tmp_pat
 @pytest.mark.slow
 def test_processes_write_the_same_grid(tmp_path, monkeypatch):
     scenes = [Scene(particles=3, speed=0.1 * k, tolerance=1e-4) for k in range(1, 7)]
-    # Its particles pass through each other, so this point has no job.
+    # At this point, particles pass through each other, so that it has no job.
     scenes.insert(2, Scene(potential="harmonic", particles=5, velocity=0.9))
     written = {}
     for least in (100, 2):
@@ -318,7 +319,7 @@ def test_names_of_folders_hold_nothing_of_a_users_text():
     assert folder_name(scene, ["energy", "velocity"], 12) == "0012_energy=0.5--s--2_velocity=0.1"
 
 
-# As sbatch and qsub do: a copy of the script runs in a folder of the scheduler's.
+# Like sbatch and qsub, the test runs a copy of the script in a folder of the scheduler.
 FAKE_SCHEDULERS = {
     "slurm": ("SLURM_ARRAY_TASK_ID", "SLURM_SUBMIT_DIR"),
     "pbs": ("PBS_ARRAY_INDEX", "PBS_O_WORKDIR"),
@@ -383,7 +384,7 @@ def test_a_log_of_another_run_is_not_collected(chaincor, tmp_path):
         assert status == 1
         assert "1 done" in out
         assert words in out
-    # A log of chaincor 0.1, which named no scene.
+    # Logs of chaincor 0.1 did not name the scene.
     (second / "log.lammps").write_text(unnamed(own))
     assert {job.state for job in collect_grid(jobs)} == {"done"}
 
@@ -431,7 +432,7 @@ def test_a_task_runs_its_jobs_even_if_one_fails(scheduler, tmp_path):
 @pytest.mark.slow_cases
 @pytest.mark.parametrize("scheduler", FAKE_SCHEDULERS)
 def test_a_submitted_grid_runs_task_by_task(chaincor, tmp_path, scheduler):
-    """A fake sbatch or qsub copies the script, reads its array and runs each task."""
+    """Submit to a stand-in for sbatch or qsub, which copies the script and runs each task."""
     sweep = write_sweep(
         tmp_path / "grid.toml",
         "[scene]\nparticles = 3\ntolerance = 1e-4\n[axes]\nspeed = [0.1, 0.2, 0.3, 0.4, 0.5]\n",
@@ -459,8 +460,8 @@ def test_similar_jobs_share_their_tables(tmp_path):
     scenes = [Scene(particles=4, tolerance=1e-4, speed=0.3 + 0.001 * k) for k in range(40)]
     write_grid(scenes, ["speed"], tmp_path)
     tables = {path.name for path in (tmp_path / "tables").iterdir()}
-    # Over 13 % in speed, each end of the range and the number of rows pass one step of 25 % at
-    # most: three changes, and four tables.
+    # Speeds differ by 13 %. Each end of the range, and the number of rows, changes by at most one
+    # step of 25 %. Three changes give four tables.
     assert len(tables) <= 4
     jobs = list(tmp_path.glob("00*"))
     assert {path.name for job in jobs for path in job.iterdir()} == {
@@ -476,7 +477,7 @@ def test_a_shared_table_is_at_least_as_exact_as_a_job_needs():
         for speed in (0.01, 0.3, 0.7):
             scene = Scene(potential=potential, particles=4, tolerance=1e-6, speed=speed)
             own, shared = (plan_script(scene, shared_table=wish) for wish in (False, True))
-            # Margins are some bins, and bins of more rows are smaller.
+            # Margins are some bins wide, and more rows make bins smaller.
             assert shared.table.lengths[0] <= own.table.lengths[0] + 6 * own.table.spacing
             assert shared.table.longest >= own.table.longest - 6 * own.table.spacing
             assert shared.bar.table <= 1e-6

@@ -4,8 +4,8 @@ import pytest
 
 from tests.interrupting import interrupted
 
-# What a notebook does: a cell is interrupted, its traceback is shown, the next cell runs.
-# A shell's background jobs ignore Ctrl-C, and so would what tests start there.
+# The session imitates a notebook: a cell is interrupted, its traceback is shown, and the next cell
+# runs. Background jobs of a shell ignore Ctrl-C, and processes that tests start there would, too.
 SESSION = """
 import signal, traceback
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -28,5 +28,6 @@ print("SAME", collide(small).restitution == before)
 @pytest.mark.slow
 def test_the_session_goes_on(engine, tmp_path):
     found = interrupted(tmp_path, SESSION.format(engine=engine), 1.0)
-    # The line of the session and that of collide(): a notebook takes seconds to show dozens.
+    # The traceback has only the lines of the session and of collide(), because a notebook takes
+    # seconds to show dozens of frames.
     assert found == "FRAMES 2 None None\nSAME True\n"

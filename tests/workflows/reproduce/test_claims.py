@@ -1,4 +1,4 @@
-"""Test that verdicts follow from the margins alone."""
+"""Test that verdicts depend only on margins."""
 
 import math
 import re
@@ -27,7 +27,7 @@ def made(margin, **more):
     return Claim("x", "eq. (0)", "x is about 2", margin, "x", lambda _: None, **more)
 
 
-# Margins 0.2 and 0.5.
+# This claim has margins of 0.2 and 0.5.
 CLAIM = made(words(2.0), correction="x is {value:.1f}")
 
 
@@ -91,7 +91,7 @@ def test_exact_claims_allow_our_own_error_alone():
     claim = made(exact(0.0, 0.03))
     assert claim.judge(ClaimFinding(1e-9, 1e-8, "")).verdict is Verdict.REPRODUCED
     assert claim.judge(ClaimFinding(1e-7, 1e-8, "")).verdict is Verdict.NOT_REPRODUCED
-    # An error that covers everything says nothing.
+    # A result whose error covers all verdicts gives none.
     assert claim.judge(ClaimFinding(0.004, 0.005, "")).verdict is Verdict.NOT_REPRODUCED
 
 
@@ -127,7 +127,7 @@ def test_how_far_a_number_depends_on_its_range_widens_no_margin():
     ],
 )
 def test_what_the_paper_does_not_say_leaves_a_claim_undecided(value, spread, unsaid, verdict):
-    """Only where its number is within what ours give, and these could have missed it."""
+    """Require that the spread of our results includes the paper's number."""
     found = replace(CLAIM, unsaid=unsaid).judge(ClaimFinding(value, 0.0, "", spread=spread))
     assert found.verdict is verdict
     if verdict is Verdict.UNDECIDED:
@@ -140,7 +140,7 @@ def test_bar_of_a_compared_value_covers_the_difference():
         p.lammps.result["tolerance_met"] = True
     assert near.error == pytest.approx(1e-6)
     assert far.error == pytest.approx(3e-4)
-    # Whether the engines agree goes by their own bars.
+    # The agreement of the engines is judged by their own error bars.
     assert far.agrees
     assert not point(0.9, 0.9 + 5e-4, bar=2e-4).agrees
 
@@ -177,12 +177,12 @@ def test_claims_are_consistent():
         assert 0.0 <= margin.reproduced_within <= margin.corrected_within
         assert "{" not in claim.correction.format(value=0.5)
         assert claim.brief
-        # Where shares of the paper's number would be none, they are of a scale.
+        # If the paper's number is 0, the margins are fractions of another scale.
         assert margin.whole > 0.0
 
 
 def test_units_are_those_of_the_digits_in_the_claim():
-    """A claim in digits prints its number, and its unit is that of the last one."""
+    """Require that a claim judged by digits contains its number with all these digits."""
     for claim in CLAIMS:
         margin = claim.margin
         if margin.reason.startswith("half a unit of the last digit"):
@@ -193,7 +193,7 @@ def test_units_are_those_of_the_digits_in_the_claim():
 
 
 def test_numbers_as_far_away_have_the_same_verdict():
-    """What the old margins did not: 0.18 away was corrected, 0.235 reproduced."""
+    """Give equal verdicts to equal deviations; once, 0.18 was corrected but 0.235 reproduced."""
     claims = {claim.key: claim for claim in CLAIMS}
     for away in (0.05, 0.18, 0.235, 0.3):
         kinds = {

@@ -48,7 +48,7 @@ def test_numbers_that_are_not_positive_give_no_fit(y):
 
 
 def chains(lengths: list[int], power: float) -> Curve:
-    """Return 1 - eta of harmonic chains, 0.5 n^power."""
+    """Return a curve of 1 - eta = 0.5 n^power for harmonic chains."""
     scenes = (Scene(potential="harmonic", particles=n, velocity=0.1) for n in lengths)
     found = (Answer({"restitution": 1.0 - 0.5 * n**power}) for n in lengths)
     points = [MeasuredPoint(s, None, answer) for s, answer in zip(scenes, found, strict=True)]
@@ -72,7 +72,7 @@ def test_error_of_a_minimum_is_what_more_points_change():
     x = np.geomspace(0.1, 10.0, 9)
     exact = find_minimum(x, 0.7 + 0.2 * np.log(x / 0.83) ** 2)
     assert exact.place_error < 1e-9
-    # A cubic part moves the parabola through five points, on a grid that is no finer.
+    # A cubic term shifts the minimum of the parabola through five points.
     skew = find_minimum(x, 0.7 + 0.2 * np.log(x / 0.83) ** 2 + 0.03 * np.log(x / 0.83) ** 3)
     assert 1e-3 < skew.place_error < 0.25 * (x[5] - x[3])
 
@@ -92,8 +92,8 @@ def test_curve_without_a_minimum_has_none():
 def test_bars_of_the_points_are_in_that_of_the_fit():
     x = np.array([1.0, 2.0, 4.0, 8.0])
     y = 3.0 * x**-0.5
-    # No scatter: of ln x, evenly spaced by ln 2, weights are (-3, -1, 1, 3)/(10 ln 2), and one
-    # point's bar of 1 % moves the power by 0.01 times its own.
+    # There is no scatter. With ln x spaced by ln 2, the weights of the fit are (-3, -1, 1, 3)/(10
+    # ln 2), and an error of 1 % in a point changes the power by 0.01 times its weight.
     fit = fit_power_law(x, y, errors=0.01 * y * np.array([1.0, 0.0, 0.0, 1.0]))
     assert fit.exponent_error == pytest.approx(0.01 * 6.0 / (10.0 * np.log(2.0)))
     mean = fit_power_law(x, y, exponent=-0.5, errors=0.01 * y)

@@ -34,16 +34,16 @@ def flights():
 def test_kinetic_and_bond_energy_are_all_that_is_lost(flights, speed):
     flight = flights[speed]
     lost = 1.0 - flight.point.restitution
-    # eta is right to 1e-8, and the energy of the flight drifts by less than a millionth.
+    # eta has an error of 1e-8, and the energy of the flight drifts by less than a millionth.
     assert flight.vibration + flight.bonds == pytest.approx(lost, abs=1e-6)
     assert float(flight.kinetic[0]) == pytest.approx(flight.point.restitution, abs=1e-9)
     assert 0.0 <= flight.separation < lost
 
 
 def test_harmonic_energies_do_not_add_up_where_chains_break(flights):
-    """What the report showed before: sums over the modes that exceed all energy that is lost."""
+    """Show that sums of harmonic energies exceed the lost energy if chains break."""
     lost = {u: 1.0 - f.point.restitution for u, f in flights.items()}
-    # The cubic part of U is smaller than the quadratic one by about v0/v*.
+    # The cubic part of U is about v0/v* times the quadratic part.
     assert flights[0.1].harmonic == pytest.approx(lost[0.1], rel=0.1)
     assert flights[2.0].harmonic > 1.5 * lost[2.0]
 
@@ -54,8 +54,9 @@ def test_mean_kinetic_energy_is_half_of_a_harmonic_mode():
     duration = AVERAGED_OVER * (N - 1.0)
     omega = mode_frequencies(N)[1:]
     spacing = duration / math.ceil(duration)
-    # |mean of cos(2 omega t + phase)| over m times, spaced alike: at most 1/(m |sin(omega dt)|);
-    # each time is the end of a step, up to 0.3 late, which turns no phase by more than all.
+    # The absolute mean of cos(2 omega t + phase) over m equally spaced times is at most 1/(m
+    # |sin(omega dt)|). Each time is the end of a step and up to 0.3 late, which shifts all phases
+    # alike.
     bound = 1.0 / (math.ceil(duration) * np.abs(np.sin(omega * spacing)))
     off = np.abs(2.0 * flight.kinetic[1:] / energies[1:] - 1.0)
     slow = omega < 0.5
@@ -76,7 +77,7 @@ def test_kinetic_modes_add_up_to_the_internal_kinetic_energy():
 
 
 def test_pieces_are_those_of_another_method(flights):
-    """Dormand and Prince's order 8 from the same state, for as long as digits do not decide."""
+    """Compare with Dormand and Prince's order 8 from the same state, until rounding matters."""
     flight = flights[2.0]
     arrays, bond = flight.point.answer.arrays, flight.point.scene.bond
 
@@ -107,7 +108,7 @@ def test_slow_chain_is_whole_and_is_said_to_be(flights):
 
 
 def test_a_chain_without_the_energy_is_followed_no_further(flights, monkeypatch):
-    """And what is skipped would have found one piece at all times."""
+    """Require that the skipped calculation would always have found one piece."""
     monkeypatch.setattr(free_flight, "_pieces", lambda *_: 1 / 0)
     assert fly(flights[0.1].point).pieces.max() == 1
     monkeypatch.undo()
@@ -116,7 +117,7 @@ def test_a_chain_without_the_energy_is_followed_no_further(flights, monkeypatch)
 
 
 def test_speeds_that_break_are_listed_in_ranges_and_undetermined_ones_apart(flights):
-    """A chain is surely in pieces where both motions say so."""
+    """Call a chain broken only if the two motions agree."""
     template = flights[0.1]
 
     def flight(speed, *motions):

@@ -25,7 +25,8 @@ def test_plan_covers_the_figures(plan):
 
 
 def test_every_increase_exceeds_its_error_bar():
-    # At low speed the increase is about 0.5 u, 1.9 u^2 and 5 u^3 (n = 100): 2 % of it at most.
+    # At low speed, the increase is about 0.5 u, 1.9 u^2 and 5 u^3 (n = 100). The tolerance is at
+    # most 2 % of the increase.
     for order, factor in ((3, 0.4), (4, 1.9), (5, 5.0)):
         for plan in (QUICK, FULL):
             smallest = factor * min(plan.increase_speeds[order]) ** (order - 2)

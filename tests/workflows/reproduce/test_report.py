@@ -41,7 +41,7 @@ TINY = replace(
 
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory):
-    """Return the folder, and what its report holds."""
+    """Return the folder and the content of its report."""
     folder = tmp_path_factory.mktemp("reproduction")
     run = run_into_store(folder / "results.sqlite", 2, progress=False)
     return folder, reproduce_paper(TINY, folder, run)
@@ -55,7 +55,7 @@ def folder(reproduced):
 @pytest.mark.slow
 def test_page_is_whole_in_one_file(folder):
     page = read_page(folder / "report.html")
-    # Content that is not on the page lies beside it and is opened only by a click.
+    # Other content is in files beside the page and is opened only by a click.
     sources = re.findall(r'(?:src|href)="([^"]{0,30})', page)
     assert sources
     assert all(s.startswith(("data:image/", "#", "figures/", "report.json")) for s in sources)
@@ -99,7 +99,7 @@ def test_the_command_prints_curves_verdicts_and_where_the_report_is(
     assert lines[-1] == f"report: {folder / 'report.html'}"
     status, out, _ = chaincor("reproduce", "-o", folder, "--json")
     assert (status, out) == (0, (folder / "report.json").read_text(encoding="utf-8") + "\n")
-    # Without any point by LAMMPS, the report is not what was requested.
+    # A report without LAMMPS results is not the requested report.
     monkeypatch.setitem(health, "by_lammps", 0)
     assert chaincor("reproduce", "-o", folder)[0] == 1
 
@@ -129,7 +129,7 @@ def test_curves_are_written_with_all_digits(folder):
 
 @pytest.mark.slow
 def test_a_store_is_carried_on_and_its_versions_are_all_named(folder, tmp_path):
-    # A store may have been begun with other versions; all but one of its results are of these.
+    # The store imitates one that other versions began: all results but one are from these versions.
     shutil.copy(folder / "results.sqlite", tmp_path)
     with Store(tmp_path / "results.sqlite") as store:
         execute = store.connection.execute
@@ -148,7 +148,7 @@ def test_a_store_is_carried_on_and_its_versions_are_all_named(folder, tmp_path):
 
     recorded = record()
     reproduce_paper(TINY, tmp_path, run_into_store(tmp_path / "results.sqlite", 2, progress=False))
-    assert record() == recorded  # nothing finished is computed twice
+    assert record() == recorded  # finished results are not computed again
     before = json.loads((folder / "report.json").read_text(encoding="utf-8"))["versions"]
     versions = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))["versions"]
     assert versions.pop("lammps") == " and ".join(sorted([before.pop("lammps"), "2024.8.29"]))

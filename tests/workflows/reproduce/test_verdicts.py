@@ -1,4 +1,4 @@
-"""Test that wrong physics or a crude wall makes verdicts fail."""
+"""Test that wrong physics or the stock wall makes verdicts fail."""
 
 from dataclasses import replace
 from functools import partial
@@ -36,7 +36,8 @@ SMALL = replace(
     slow_sizes=(),
     pair_speeds=(0.001, 0.01, 0.03, 0.1),
 )
-# Slow collisions only: a bond that softens under compression has none of the others.
+# This plan has only slow collisions, because fast chains cross if the bond softens under
+# compression.
 SLOW = replace(
     SMALL,
     curve_speeds=(0.01,),
@@ -44,12 +45,12 @@ SLOW = replace(
     increase_speeds=dict.fromkeys((3, 4, 5), (0.002, 0.0025, 0.003, 0.004)),
     increase_tolerances=dict.fromkeys((3, 4, 5), 1e-5),
 )
-# Even the small plan reproduces these claims, each of which uses other points.
+# Even the small plan reproduces these claims, each from different points.
 SOUND = {"independence of v0", "contact time", "alpha", "power r = 4", "power r = 5"}
 
 
 def run_here(scenes, alter):
-    """Carry scenes out one by one: bonds may be Python objects, which a store cannot keep."""
+    """Run scenes one by one, because bonds may be Python objects, which a store cannot save."""
     answers = []
     for scene in map(alter, scenes):
         (found,) = collide_scenes([scene])
@@ -61,14 +62,14 @@ def run_here(scenes, alter):
 
 
 def verdicts(plan, alter=lambda scene: scene):
-    """Judge the claims by a plan's scenes, each changed before it is run."""
+    """Judge the claims by a plan's scenes, each of which is changed before its run."""
     measured = measure(plan, studies(plan), partial(run_here, alter=alter))
     found = {claim.key: verdict_row(claim, claim.found(measured)) for claim in CLAIMS}
     return found, examine_points(measured)
 
 
 def with_other_sign(scene):
-    """Mirror the bond: U(-s), which softens where it ought to stiffen."""
+    """Mirror the bond: U(-s) softens under compression instead of stiffening."""
     if scene.label == "harmonic":
         return scene
     bond = scene.bond
@@ -80,7 +81,7 @@ def with_other_sign(scene):
         strain_max=0.95,
     )
     plain = dict.fromkeys(("toda_b", "power_order", "power_c", "speed"))
-    # Functions of NumPy step slowly, and 1e-10 is what the digits of alpha need, not its sign.
+    # NumPy functions are slow, and the sign of alpha does not need the tolerance of 1e-10.
     return scene.replace(
         **plain,
         potential=mirrored,
@@ -104,7 +105,7 @@ def sound():
 def test_sound_physics_is_not_red(sound):
     found, health = sound
     assert {key for key in SOUND if found[key]["verdict"] == Verdict.NOT_REPRODUCED} == set()
-    # Where the end of a broken chain is open, LAMMPS misses the bar and says so.
+    # If the end of a broken chain is open, LAMMPS reports that it misses the tolerance.
     for_lammps = health["points"] - (health["alone"] - len(health["not_given"]))
     assert for_lammps - len(health["failures"]) - 2 <= health["by_lammps"] <= for_lammps
 
@@ -114,7 +115,7 @@ def test_wrong_sign_of_the_potential_turns_verdicts_red():
     found, _ = verdicts(SLOW, with_other_sign)
     for key in ("alpha", "power r = 3", "simulated slope"):
         assert found[key]["verdict"] == Verdict.NOT_REPRODUCED, key
-    # Lengthened as much as it was shortened: alpha changes its sign.
+    # The interval becomes longer instead of shorter, so that alpha changes its sign.
     assert found["alpha"]["value"] == pytest.approx(-0.8098, abs=1e-3)
 
 

@@ -1,4 +1,4 @@
-"""Test the bottom line: one step for all numbers, crashed rungs, causes, and advice."""
+"""Test the bottom line: a step for all quantities, runs that stop early, causes, and advice."""
 
 import json
 import re
@@ -18,7 +18,7 @@ from chaincor.workflows.scripts.study_files import script_study_to_dict
 from chaincor.workflows.scripts.vary_options import in_whole_numbers, read_ladder
 from tests.workflows.scripts.test_unedited import SPRING
 
-# Two particles on a FENE bond of length 1.5 at most, so fast that a coarse step tears it.
+# Two particles with a FENE bond of length up to 1.5 are so fast that a coarse step breaks the bond.
 FENE = """
 units lj
 atom_style bond
@@ -38,7 +38,7 @@ fix 1 all nve
 timestep {step}
 run {count}
 """
-# One particle that nothing acts on, and so a potential energy of 0.
+# No force acts on the particle, so that its potential energy is 0.
 NOTHING = """
 units lj
 region b block 0 2 0 2 0 2
@@ -51,7 +51,8 @@ fix 1 all nve
 run 20
 print "eta = $(pe:%.17g)"
 """
-# A law that is known: error h^2, of a variable, a string that no -var sets, or whole numbers.
+# The script's error is h^2. The step h is a variable, a string that no -var sets, or a whole
+# number.
 LAW = 'variable h {style} {value}\nprint "x = $(0.5+v_h^2:%.17g)"\n'
 
 
@@ -80,7 +81,7 @@ def test_crashed_rungs_are_part_of_the_answer(tmp_path, chaincor, monkeypatch):
     found = r"Your timestep 0.05 is too large: the run stops (at|after) step \d+: .*\. Use timestep"
     assert re.match(found, plain["summary"])
     assert "No other run stopped early." in plain["summary"]
-    # The drift needs a step that is 2.7 times as fine.
+    # The drift needs a step that is finer by a factor of 2.7.
     assert "The quantity that needs the finest timestep is etotal:drift." in plain["summary"]
     assert "each of pe:mean and etotal:drift then differs by less" in plain["summary"]
     assert plain["use"]["value"] < min(steps)
@@ -163,12 +164,12 @@ def test_data_stay_where_a_figure_fails(tmp_path, monkeypatch):
 
 
 def test_one_step_for_all_numbers(tmp_path):
-    """The larger of the errors h^2 and 100 h^2 decides: h = 0.01 keeps 0.01."""
+    """Advise a step for errors of h^2 and 100 h^2: the larger requires h = 0.01 for 0.01."""
     text = 'variable h index 0.1\nprint "x = $(0.5+v_h^2:%.17g)"\n'
     study = study_of(tmp_path, text, observable=r"x = (\S+)", vary="h=0.1:0.01:4", phases=3,
                      tolerance=1e-3)  # fmt: skip
     found = re.search(r"Use h ([\d.]+) and one run\. With 95 % probability", study.summary)
-    # h^2 = 0.001, less the scatter of nearby values.
+    # The tolerance of 0.001 is h^2 plus the scatter of nearby values.
     assert 0.5 * 1e-3**0.5 < float(found[1]) <= 1e-3**0.5
     assert "differs by less than 0.001 from its value at the fine end" in study.summary
     assert study.summary.endswith("No run stopped early.")
@@ -198,7 +199,7 @@ def test_without_an_answer_there_is_a_command_that_would_give_one(tmp_path):
     assert "--tolerance 1e-08" in command
     ladder = read_ladder(options[options.index("--vary") + 1])
     assert ladder.coarse == 0.01
-    # h^2 = 1e-8 is kept by h = 1e-4.
+    # A tolerance of 1e-8 = h^2 requires h = 1e-4.
     assert ladder.fine <= 1e-4
     again = timestep_study(tmp_path / "in.x", observable=r"x = (\S+)", phases=3, tolerance=1e-8,
                            vary=options[options.index("--vary") + 1])  # fmt: skip
@@ -218,7 +219,7 @@ def test_advice_can_be_carried_out(tmp_path, style, said):
 
 @pytest.mark.slow
 def test_whole_numbers_for_whole_arguments(tmp_path):
-    """`loop` takes whole numbers alone: LAMMPS refuses 16.0, and the ladder is of whole ones."""
+    """Vary an argument of `loop` in whole numbers, because LAMMPS refuses 16.0."""
     text = ("variable n index 8\nvariable k loop ${n}\nlabel a\nnext k\njump SELF a\n"
             'print "x = $(1.0/v_n:%.17g)"\n')  # fmt: skip
     study = study_of(tmp_path, text, observable=r"x = (\S+)", vary="n=2:16:4", phases=3)
@@ -248,12 +249,12 @@ run 200
 
 @pytest.mark.slow
 def test_a_drift_that_no_step_cures_has_its_cause_tested(tmp_path):
-    """The cutoff of a crystal is crossed by its neighbours as it warms up."""
+    """Use a warm crystal in which neighbours cross the cutoff."""
     study = study_of(tmp_path, CRYSTAL.format(more=""), "etotal:drift", phases=3)
     (change,) = study.changes
     assert change.confirmed
     assert change.tested.remedy == "pair_modify shift yes"
-    # Without the jump the energy is kept to 1e-6.
+    # Without the jump at the cutoff, the energy drift is far smaller.
     assert abs(change.after) < 0.01 * abs(change.before)
     assert "'pair_style lj/cut 2.5' (line 9 of in.x)" in str(change)
     study = study_of(
@@ -291,7 +292,7 @@ def test_a_fix_that_counts_steps_may_be_the_cause(tmp_path):
 
 @pytest.mark.slow
 def test_a_users_tolerance_and_short_means_are_stated(tmp_path):
-    """Half a period of a spring is one correlation time."""
+    """Use half a period of a spring, which is one correlation time."""
     study = study_of(tmp_path, SPRING + "timestep 0.1\nrun 30\n", "v_x", "pe", phases=3,
                      tolerance=1e-3)  # fmt: skip
     text = describe_script_study(study)
@@ -302,7 +303,7 @@ def test_a_users_tolerance_and_short_means_are_stated(tmp_path):
 
 @pytest.mark.slow
 def test_drifts_are_counted_from_step_0(tmp_path):
-    """A particle at rest that begins at x = 0.1: its first sample is that of the first step."""
+    """Require that samples begin with the initial state, here a particle at rest at x = 0.1."""
     path = tmp_path / "in.x"
     path.write_text(SPRING + "timestep 0.1\nrun 30\n")
     study = timestep_study(path, ["v_x:drift", "v_x"], phases=3)
@@ -312,7 +313,7 @@ def test_drifts_are_counted_from_step_0(tmp_path):
     times = np.linspace(0.0, 3.0, 3001)
     slope = np.polyfit(times, 0.1 * np.cos(times), 1)[0]
     drift = study.ladders[0].numbers[0].verdict
-    # Verlet's error, (h t) h/24 of the amplitude at h = 0.2, on a value of 0.2.
+    # Verlet's error is (h t) h/24 times the amplitude at h = 0.2, for a value of 0.2.
     assert drift.value == pytest.approx(3.0 * slope, rel=1e-2)
     note = next(each for each in script_study_to_dict(study)["notes"] if "over times" in each)
     assert note == "note: drift over times 0 to 3, mean over times 1.5 to 3"

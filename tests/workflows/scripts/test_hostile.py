@@ -22,7 +22,7 @@ HARMLESS = ["timestep=0.1:0.01:8", "rows=1000,10000", "timestep", "0.1", "=", ":
 
 
 def hostile(count):
-    """Return texts from attacks, options cut and joined, and random characters; seeded."""
+    """Return texts from attacks, combined options, and random characters, from a fixed seed."""
     dice = random.Random(17)
     alphabet = string.printable + "\u2028\x85\x00\u0660"
     for _ in range(count):
@@ -65,7 +65,7 @@ def test_hostile_options_on_the_command_line(tmp_path, monkeypatch, chaincor):
             continue
         name = ("--vary", "--fix", "--observable", "--lmp", "script", "--seeds")[k % 6]
         options = {**good, "script": "in.x", "--phases": "3", name: text}
-        # A pattern or a path may well be harmless: then the run itself must fail or be refused.
+        # A pattern or a path may be harmless. In this case, the run itself must fail or be refused.
         if name == "--observable":
             options["--vary"] = "seed=1:1:1"
         path = options.pop("script")

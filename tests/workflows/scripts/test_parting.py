@@ -1,4 +1,4 @@
-"""Test runs that differ by roundings: runs of a liquid part, runs of a crystal do not."""
+"""Test runs that differ by rounding: runs of a liquid diverge, runs of a crystal do not."""
 
 import math
 
@@ -57,7 +57,7 @@ def frames_of(path, tmp_path, shaken):
 
 
 def with_data(path):
-    """Let a script read its crystal: create_atoms numbers atoms as processes divide them."""
+    """Let a script read its crystal, because atom ids of create_atoms depend on the processes."""
     cell = (4.0 / float(path.read_text().split("fcc ")[1].split()[0])) ** (1.0 / 3.0)
     corners = np.array(list(np.ndindex(3, 3, 3)))
     places = np.concatenate([corners + shift for shift in FCC]) * cell
@@ -78,8 +78,9 @@ def test_a_melt_parts_when_lyapunov_says(tmp_path, vary):
     study = timestep_study(path, ["temp"], vary=vary)
     (found,) = study.comparisons
     assert found.kind == "chaos"
-    # Lyapunov's exponent by a displacement a million times larger, from where its direction has
-    # turned to the fastest growing one (1000 times grown) to half of what is called parted.
+    # The Lyapunov exponent comes from a displacement that is a million times larger. The fit begins
+    # when the displacement has grown 1000 times, in the direction of fastest growth. It ends at
+    # half the distance that is called parted.
     first, second = (frames_of(path, tmp_path, shaken) for shaken in (0.0, 1e-9))
     apart = np.sqrt(np.mean(np.sum((first.positions - second.positions) ** 2, axis=2), axis=1))
     apart /= first.spacing
@@ -100,14 +101,14 @@ def test_a_crystal_does_not_part(tmp_path, vary):
     (found,) = timestep_study(path, ["temp"], vary=vary).comparisons
     assert found.kind in ("same", "together")
     assert found.parted is None
-    # Roundings of 2500 steps, in units of a neighbour's distance.
+    # Rounding of 2500 steps, in units of the distance between neighbours.
     assert np.max(found.distances) < 1e-10
     assert found.agrees("temp:mean")
     print(f"{vary}: {found.kind}, at most {np.max(found.distances):.2g} apart")
 
 
 def test_a_run_may_begin_without_particles(tmp_path):
-    """As those of `fix pour`: such frames count nowhere."""
+    """Ignore frames without particles, which `fix pour` has at first."""
     path = script(tmp_path, 1.0, 0.1)
     head = path.read_text().split("create_atoms")[0]
     more = "mass 1 1.0\npair_style lj/cut 2.5\npair_coeff 1 1 1.0 1.0\nfix 1 all nve\nrun 9\n"
@@ -117,7 +118,8 @@ def test_a_run_may_begin_without_particles(tmp_path):
     assert times == pytest.approx(0.005 * np.arange(15))
     assert np.all(np.isnan(positions[:10]))
     assert np.all(positions[10:] == 1.0)
-    # The box holds 3 cells of 4 particles at density 1, and one particle.
+    # The box has 3 cells per edge with 4 particles each at density 1, but contains a single
+    # particle.
     assert spacing == pytest.approx(3.0 * 4.0 ** (1.0 / 3.0))
 
 
@@ -127,7 +129,7 @@ def test_verdicts_on_distances():
     assert judge_distances(times, np.full(201, 1e-14)) == ("together", None, None)
     kind, parted, growth = judge_distances(times, 1e-14 * np.exp(4.0 * times))
     assert kind == "chaos"
-    # ln(1e12)/4 = 6.908, at the next sample.
+    # The time is ln(1e12)/4 = 6.908, rounded up to the next sample.
     assert parted == pytest.approx(6.95)
     assert growth == pytest.approx(4.0, rel=1e-6)
     assert judge_distances(times, np.full(201, 0.3))[0] == "at once"
@@ -166,13 +168,13 @@ run 100
 
 @pytest.mark.slow
 def test_particles_that_lammps_numbers_otherwise_are_matched_by_position(tmp_path):
-    """`create_atoms` numbers particles by process; velocities by place are then the same ones."""
+    """Match particles by position: `create_atoms` numbers them by process, velocities by place."""
     path = tmp_path / "in.x"
     path.write_text(CRYSTAL.format(loop="loop geom"))
     (found,) = timestep_study(path, ["temp"], vary="ranks=1,2").comparisons
     assert found.kind == "together"
     assert found.renumbered
-    # 100 steps of roundings, in distances of neighbours.
+    # Rounding of 100 steps, in units of the distance between neighbours.
     assert np.max(found.distances) < 1e-10
     assert found.agrees("temp:mean")
     path.write_text(CRYSTAL.format(loop=""))
@@ -189,12 +191,12 @@ def test_a_restart_halfway_goes_on_as_one_run_does(tmp_path):
     path.write_text(CRYSTAL.format(loop="") + "run 300\n")
     (found,) = timestep_study(path, ["temp"], vary="restart").comparisons
     assert found.what == "restart read at step 250 instead of one run"
-    # From step 250 to 400 of steps of 0.005.
+    # Times are those of steps 250 to 400, with a time step of 0.005.
     assert found.times[0] == pytest.approx(1.25)
     assert found.times[-1] == pytest.approx(2.0)
     assert found.kind in ("same", "together")
     assert found.agrees("temp:mean")
-    # Random forces begin anew: no restart holds their state.
+    # Random forces start again, because no restart file contains their state.
     path.write_text(path.read_text() + "fix 2 all langevin 0.1 0.1 0.1 4711\nrun 200\n")
     (found,) = timestep_study(path, ["temp"], vary="restart").comparisons
     assert found.kind == "at once"

@@ -1,4 +1,4 @@
-"""Test ladders, patterns and script texts separately."""
+"""Test separately the lists of steps, the patterns and the texts of scripts."""
 
 import numpy as np
 import pytest
@@ -132,12 +132,12 @@ def test_advice_takes_the_cheapest_value_that_keeps_the_tolerance():
     seconds = np.array([1.0, 2.0, 4.0, 8.0])
     regular = verdict("regular", 1e-2 * (values / 0.08) ** 2, [0.0] * 4, 2.0)
     advice = advise_value(ladder, values, regular, seconds, 1e-3, repeats=False)
-    # 0.08 sqrt(0.1) = 0.0253, rounded down to two digits.
+    # The value is 0.08 sqrt(0.1) = 0.0253, rounded down to two digits.
     assert advice.value == 0.025
     assert advice.promised_error <= 1e-3
     assert advice.tried
     beyond = advise_value(ladder, values, regular, seconds, 1e-5, repeats=False)
-    # Half the tolerance, by order 2: 0.01 sqrt(0.5e-5/1.5625e-4) = 0.00179.
+    # For half the tolerance at order 2, the value is 0.01 sqrt(0.5e-5/1.5625e-4) = 0.00179.
     assert beyond.value == 0.0017
     assert not beyond.tried
     assert beyond.promised_error is None
@@ -149,7 +149,8 @@ def test_noise_is_met_by_seeds_at_the_cheapest_value():
     seconds = np.array([1.0, 2.0, 4.0, 8.0])
     noise = verdict("noise", [4e-3, 2e-3, 1e-3, 5e-4], [1e-2] * 4)
     advice = advise_value(ladder, values, noise, seconds, 1e-2, repeats=True)
-    # (3 * 0.01 / (0.01 - 0.004))^2 = 25 runs of 1 s; at 0.04 it is 15 runs of 2 s.
+    # The number is (3 * 0.01 / (0.01 - 0.004))^2 = 25 runs of 1 s. At 0.04, it would be 15 runs of
+    # 2 s.
     assert (advice.value, advice.runs) == (0.08, 25)
     assert advise_value(ladder, values, noise, seconds, 1e-2, repeats=False) is None
 

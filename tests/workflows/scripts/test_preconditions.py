@@ -1,4 +1,4 @@
-"""Scripts whose timestep has no effect are refused, with the cause and what to change."""
+"""Test that scripts whose timestep has no effect are refused, with the cause and a remedy."""
 
 import pytest
 
@@ -36,7 +36,7 @@ REFUSED = {
         "run 20",
         "'fix 2 all dt/reset'.*Remove this line.*run: chaincor timestep .*in.x",
     ),
-    # A perfect crystal at rest: all forces are 0, up to roundings that need longer to show.
+    # In a perfect crystal at rest, all forces are 0 up to rounding, which takes longer to grow.
     "at_rest": ("", "fix 1 all nve", "pair_coeff * * 0 1\nrun 20", "kinetic energy is 0 at all"),
 }
 
@@ -51,7 +51,7 @@ def test_a_timestep_without_effect_is_refused(tmp_path, case):
 
 
 def test_a_run_in_an_included_file_or_in_an_if_is_found(tmp_path):
-    """The first run is not missed: the study goes on until its quantity is refused."""
+    """Find the run: the study continues until it refuses the quantity."""
     for number, end in enumerate(('if "1 > 0" then "run 20"', "include in.more")):
         (tmp_path / "in.more").write_text("run 20\n")
         path = tmp_path / f"in.{number}"
@@ -61,7 +61,7 @@ def test_a_run_in_an_included_file_or_in_an_if_is_found(tmp_path):
 
 
 def test_one_atom_moves_although_its_kinetic_energy_is_0_in_lammps(tmp_path):
-    """LAMMPS leaves out the motion of the centre of mass, and so all motion of one atom."""
+    """Study one atom, although LAMMPS subtracts the motion of the centre of mass."""
     path = tmp_path / "in.x"
     one = MELT.replace("create_atoms 1 box", "create_atoms 1 single 0.1 0 0")
     one = one.replace("units lj", "units lj\natom_modify map array")

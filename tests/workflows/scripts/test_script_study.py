@@ -27,7 +27,7 @@ from tests.page_checks import check_file_list, read_page, words_of
 from tests.waiting import HANGS, wait_until
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "scripts"
-# Prints requested numbers: the law of its error is known, and it takes a moment.
+# This script prints a number with a known error and takes little time.
 LAW = r"""
 variable timestep index 0.1
 variable seed index 1
@@ -65,9 +65,9 @@ def test_order_and_limit_of_a_known_law(law, tmp_path):
     assert ladder.verdict.kind == "regular"
     assert abs(ladder.verdict.order - 2.0) <= ladder.verdict.order_error < 0.01
     assert abs(ladder.verdict.value - 0.5) <= ladder.verdict.value_error < 1e-6
-    # 0.0001 = h^2/10 at h = 0.0316; what is advised keeps it.
+    # The tolerance is 0.0001 = h^2/10 at h = 0.0316, which the advised step does not exceed.
     assert 0.5 * 0.0316 < ladder.advice.value <= 0.0316
-    # A copy of the folder was run in: log.lammps is not here.
+    # LAMMPS ran in a copy of the folder, so that log.lammps is not here.
     assert sorted(path.name for path in tmp_path.iterdir()) == before
     plain = json.loads(json.dumps(script_study_to_dict(study), allow_nan=False))
     assert plain["order"] == ladder.verdict.order
@@ -98,7 +98,7 @@ def test_the_command_line_prints_and_writes(law, tmp_path, chaincor):
     reported = words_of(page)
     assert "regular" in reported
     assert "0.1:0.02:4" in reported
-    # Each line of the terminal's ladder is on the page.
+    # The page has each line of the terminal's table of runs.
     for rung in json.loads((out / "timestep.json").read_text())["observables"][0]["rungs"]:
         assert f"{rung['mean']:.10g}" in reported
     assert hashlib.sha256(law.read_bytes()).hexdigest() in page
@@ -129,7 +129,7 @@ def test_what_makes_no_sense_is_refused(law):
         ({"timeout": 0.0}, "positive"),
         ({"fix": ["timestep=1"]}, "timestep is given more than once"),
         ({"lmp": "/nothing/lmp", "phases": 3}, "cannot start"),
-        # The script reads `seed`, and nothing that is printed depends on it.
+        # The script reads `seed`, but the printed number does not depend on it.
         ({"seeds": 3}, "Use the variable 'seed'"),
     ):
         with pytest.raises(InputError, match=said):
@@ -228,7 +228,7 @@ def test_ctrl_c_stops_at_once_and_leaves_no_lammps(law, tmp_path):
     try:
         wait_until(lambda: list(tmp_path.rglob(f"{tmp_path.name}.txt")))
         process.send_signal(signal.SIGINT)
-        # The script would sleep on for an hour.
+        # The script would sleep for an hour.
         _, said = process.communicate(timeout=HANGS)
     finally:
         process.kill()
@@ -261,8 +261,8 @@ def test_orders_of_scripts_and_advice_that_is_followed(
     assert ladder.verdict.kind == kind
     if order is not None:
         assert abs(ladder.verdict.order - order) <= ladder.verdict.order_error
-    # What is advised, at two steps that were not tried, against one far finer than the ladder; the
-    # mean of six seeds, whose own error of half a scatter the tolerance is well above.
+    # Results at two steps near the advised step are compared with that at a far finer step. Each is
+    # a mean over six seeds. Its error, half of the scatter, is well below the tolerance.
     advice = ladder.advice
     assert advice.tried
     assert advice.runs == 1

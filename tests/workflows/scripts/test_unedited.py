@@ -1,4 +1,4 @@
-"""Test unedited scripts: time is kept, dumps are left out, step counts are reported."""
+"""Test that unedited scripts keep their simulated time, write no dumps, and report step counts."""
 
 import json
 
@@ -20,7 +20,7 @@ from chaincor.workflows.scripts.study_files import script_study_to_dict
 from chaincor.workflows.scripts.varied import read_varied
 from tests.programs import python
 
-# A particle on a spring, exactly x = 0.1 cos t: energy drifts by nothing, and errors are known.
+# A particle on a spring has x = 0.1 cos t. Its energy does not drift, and its errors are known.
 SPRING = """
 units       lj
 atom_style  atomic
@@ -55,7 +55,7 @@ include     more.in
 variable    at_end equal dt
 """
 MORE = "run 100 start 0 stop 400 # the last\n"
-# 101 and 49 steps of 0.02, 26 of them, 100 of 0.01.
+# The runs have 101, 49 and 26 steps of 0.02 and 100 steps of 0.01.
 TIME = 176 * 0.02 + 100 * 0.01
 
 
@@ -84,15 +84,15 @@ def one_run(script, tmp_path, names=("v_x:last",), **change):
 @pytest.mark.parametrize("finer", [1.0, 0.5, 0.37, 2.0, 3.3])
 def test_every_kind_of_run_keeps_its_time(spring, tmp_path, finer):
     run = one_run(spring, tmp_path, finer=finer)
-    # Times are sums of some hundred steps, each rounded.
+    # Times are sums of some hundred steps, which round.
     assert run.samples.end == pytest.approx(TIME, abs=1e-12)
-    # Verlet is of second order, with an error of the phase of t h^2/24 at most: the numbers agree.
+    # Verlet is of second order, with a phase error of at most t h^2/24.
     steps = 0.02 / finer
     assert abs(run.numbers["v_x:last"].value - 0.1 * np.cos(TIME)) < 0.1 * TIME * steps**2 / 12
 
 
 def test_frames_and_restarts_are_left_out(spring, tmp_path):
-    # The copy of a run that fails stays.
+    # The folder of a failed run is kept.
     spring.write_text(spring.read_text() + "no_such_command\n")
     asked = RequestedNumbers(None, (read_quantity("v_x"),))
     files = [spring, spring.parent / "more.in"]
@@ -103,7 +103,7 @@ def test_frames_and_restarts_are_left_out(spring, tmp_path):
     assert not {"frames.txt", "e.txt", "old", "new"} & written
 
 
-# Steps of 0.03, and lengths that scripts work out of them.
+# Scripts compute these numbers of steps from a time step of 0.03.
 ROUNDED = {
     "run $(ceil(1.0/dt))": 34,
     "run $(floor(1.0/dt))": 33,
@@ -137,7 +137,7 @@ def test_line_ends_of_windows_change_nothing(spring, tmp_path):
 
 
 def test_quotes_comments_and_continued_lines_are_read_as_lammps_reads_them(tmp_path):
-    """Ten steps: what follows a comment that ends in ``&`` belongs to it, a # in quotes is none."""
+    """Take ten steps: ``&`` continues a comment, and a # in quotes begins none."""
     path = tmp_path / "in.x"
     if_so = "if '1 == 1' then 'print \"# 1\"' 'run 1&\n0' # run 5 &\nrun 3\n"
     path.write_text(f"{SPRING}timestep 0.02\n# no &\nrun 7\n{if_so}")
@@ -178,26 +178,26 @@ PERIODS = (
 
 
 def test_thermo_output_of_fixes_with_a_period_stops_no_run(tmp_path):
-    """33 steps, no multiple of 10: LAMMPS refuses to print ``f_a`` at such an end."""
+    """Run 33 steps, at whose end LAMMPS refuses to print ``f_a``, which has a period of 10."""
     path = tmp_path / "in.x"
     path.write_text(SPRING + PERIODS)
     run = one_run(path, tmp_path, ("temp",), finer=1.65)
     assert run.failure is None
     assert run.samples.end == pytest.approx(20 * 0.005, abs=1e-12)
-    # A number that the script prints may be one of these: there they stay.
+    # A printed number may come from such output, which is then not removed.
     asked = RequestedNumbers(r"Step.*\n.* (\S+)$", ())
     run = runner(path, asked, tmp_path).run("x", Change(finer=1.65))
     assert "compatible time" in run.failure
 
 
 def test_means_are_integrals_over_the_same_time():
-    """Of a parabola: the trapezoidal rule errs by h^2/6 however samples lie, plain sums by h/2."""
+    """Use a parabola: the trapezoidal rule has an error of h^2/6, plain sums of h/2."""
     for count in (20, 23, 31):
         times = np.linspace(0.0, 2.0, count)
         samples = Samples(times, {"x": times**2})
         step = times[1]
         assert abs(samples.number(Quantity("x", "mean")).value - 7.0 / 3.0) < step**2 / 3.0
-        # The line through t^2 on [0, 2] has slope 2; the rest has variance 2^4/180.
+        # The line through t^2 on [0, 2] has slope 2; the residuals have variance 2^4/180.
         assert samples.number(Quantity("x", "drift")).value == pytest.approx(4.0, abs=step**2)
         rest = samples.number(Quantity("x", "fluctuation")).value
         assert rest == pytest.approx(4.0 / 180**0.5, abs=step**2)
@@ -213,7 +213,7 @@ def test_a_script_as_it_stands_gets_values_and_advice(spring, tmp_path):
     assert abs(position.verdict.order - 2.0) <= position.verdict.order_error
     exact = 0.1 * np.cos(TIME)
     assert abs(position.verdict.value - exact) <= position.verdict.value_error < 1e-6
-    # The script's step is that of its last run.
+    # The script's step is the step of its last run.
     assert study.own_step == 0.01
     assert not study.ladders[0].ends_apart
     run = one_run(spring, tmp_path, finer=0.01 / position.advice.value)
@@ -234,12 +234,12 @@ def test_the_command_answers_without_a_word(tmp_path, chaincor, monkeypatch):
     assert status == 0
     names = [each["name"] for each in plain["observables"]]
     assert names == ["etotal:drift", "etotal:fluctuation", "temp:mean", "pe:mean", "press:mean"]
-    # The spring's own energy is not of etotal: there remains m v^2/2, sampled 200 times.
+    # etotal does not include the spring's energy. It is m v^2/2, sampled 200 times.
     times = np.linspace(0.0, 40.0, 201)
     energies = 0.005 * np.sin(times) ** 2
     rest = energies - np.polyval(np.polyfit(times, energies, 1), times)
     fluctuation = plain["observables"][1]
-    # Nearby steps are sampled at other times: one sample of a hundred more or less.
+    # Nearby steps have other sample times, and one of a hundred samples more or less.
     assert fluctuation["value"] == pytest.approx(rest.std(), rel=1e-2)
     assert fluctuation["value_error"] < 1e-5
     written = {path.name for path in (tmp_path / "out").iterdir()}
@@ -312,7 +312,7 @@ def test_periods_are_held_in_time(tmp_path):
     path.write_text(SPRING + "timestep 0.1\nrun 100\n")
     found = rewrite(text, tmp_path, Change(finer=4.0, scale_periods=True))
     assert "fix a all ave/time ${chaincor_c4x} 2 ${chaincor_c6x} c_1" in found
-    # As LAMMPS works it out: 20 and 80, 0 and 16.
+    # LAMMPS computes these values of the variables.
     program = SPRING + found.split("fix a")[0] + "run 10\nprint 'n = $(v_chaincor_c4x)'\n"
     program += "print 'f = $(v_chaincor_c6x)'\n"
     path.write_text(program.replace("'", '"'))
@@ -347,7 +347,7 @@ def test_random_forces_have_seeds_of_their_own_and_starts_keep_theirs(tmp_path):
         ("fix d all deposit 10 1 5 100 region r", "fix d all deposit 10 1 5 100 region r"),
     ):  # fmt: skip
         assert rewrite(line, tmp_path, change).split("\n")[0] == expected
-    # One that is a variable's value, as LAMMPS works it out.
+    # Here, the seed is the value of a variable, which LAMMPS computes.
     path = tmp_path / "in.x"
     path.write_text(f"{SPRING}variable s equal 899999999\nfix 1 all langevin 1 1 0.1 $s\nrun 10\n")
     path.write_text(path.read_text() + 'print "s = ${chaincor_seed}"\n')
@@ -366,7 +366,7 @@ def test_random_forces_are_drawn_where_the_step_varies(tmp_path, vary, seeds, dr
     options = {"printed": False, "scale_periods": False}
     varied = read_varied(ScriptText.read(path), vary, (), seeds, None, **options)
     assert varied.random_forces == drawn
-    # Each run of a ladder has numbers of its own; with seeds, each column.
+    # Each run has its own random numbers; with seeds, each column of runs has them.
     if varied.values is not None:
         changes = [varied.change({}, rung, column) for rung in range(4) for column in range(4)]
         assert len({change.seed for change in changes}) == (16 if drawn else 1)
@@ -374,13 +374,14 @@ def test_random_forces_are_drawn_where_the_step_varies(tmp_path, vary, seeds, dr
 
 
 def test_nearby_steps_of_a_thermostat_scatter_as_its_random_forces_do(tmp_path):
-    """A particle pushed for a hundredth of its damping time: v has variance 2 T t/damp = 0.02."""
+    """Use a hundredth of the damping time, after which v has the variance 2 T t/damp = 0.02."""
     path = tmp_path / "in.x"
     path.write_text(SPRING + "fix 2 all langevin 1 1 1 48279\ntimestep 1e-4\nrun 100\n")
     path.write_text(path.read_text().replace("variable    x equal x[1]", "variable v equal vx[1]"))
     study = timestep_study(path, ["v_v:last"], phases=3)
     (number,) = study.ladders[0].numbers
-    # Of twelve runs, two degrees of freedom a rung: chi squared of 8 is 1.6 to 20 in 99 of 100.
+    # Twelve runs have two degrees of freedom at each step. Chi squared with 8 degrees is between
+    # 1.6 and 20 in 99 of 100 cases.
     squares = float(np.sum(number.verdict.scatter**2)) * 2.0 / 0.02
     assert 1.6 < squares < 20.0
 
@@ -416,7 +417,7 @@ def test_a_step_that_is_not_above_0_is_refused(tmp_path, step, vary):
 
 
 def test_scripts_need_no_scene_and_no_compiler():
-    """A stranger's script is studied without what chains need."""
+    """Study other users' scripts without libraries that only chains need."""
     code = (
         "import sys, chaincor\nchaincor.timestep_study\nchaincor.check_table\n"
         "import chaincor.workflows.commands.timestep, chaincor.workflows.commands.table\n"

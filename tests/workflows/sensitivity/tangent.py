@@ -1,4 +1,4 @@
-"""Follow a small change of a state in NumPy, as a reference for the derivatives' loops."""
+"""Integrate a small change of a state in NumPy, as a reference for the loops of derivatives."""
 
 import numpy as np
 
@@ -8,10 +8,10 @@ from chaincor.workflows.sensitivity.loops import differences_of
 
 def changed(traced, bond, strain, velocity):
     """
-    Return what a small change of the state at the start has become after the last contact.
+    Return the change of the state after the last contact from a small initial change.
 
-    Both are along x, with the gap. It is between states right after the last contact, each at its
-    own time.
+    The changes are along x and include the gap. The final change compares states just after the
+    last contact, which have different times.
     """
     strain, velocity, line = strain.copy(), velocity.copy(), traced.line
     force = scalar_force(bond)
@@ -37,7 +37,7 @@ def changed(traced, bond, strain, velocity):
 
 
 def jump(strain, velocity, impact, p, inverse):
-    """Carry a change over an impact, which comes sooner or later for it."""
+    """Propagate a change through an impact, whose time depends on the change."""
     speed, before, after = impact
     delay = strain[p] / speed
     share = 2.0 / (inverse[p] + inverse[p + 1])

@@ -57,7 +57,7 @@ SCENES = {
         "contact_exponent": 1.0,
     },
 }
-# Compiling the loops of a formula takes longest.
+# The loops of a formula take longest to compile.
 NAMES = [*list(SCENES)[:-1], pytest.param("soft target", marks=pytest.mark.slow)]
 
 
@@ -72,7 +72,7 @@ def traced(name):
 
 
 def central(function, width):
-    """Return a derivative, to the fourth power of the width."""
+    """Return a derivative by central differences, with an error of fourth order in the width."""
     far, near = (function(k * width) - function(-k * width) for k in (2.0, 1.0))
     return (8.0 * near - far) / (12.0 * width)
 
@@ -95,7 +95,8 @@ def test_backward_is_the_transposed_of_forward(name):
     backward = found.strains @ strain + found.velocities @ velocity
     size = np.linalg.norm(found.strains) * np.linalg.norm(strain)
     size += np.linalg.norm(found.velocities) * np.linalg.norm(velocity)
-    # Sums of some hundred products that round, over some ten steps of seventeen stages each.
+    # The tolerance covers rounding in sums of some hundred products, in some ten steps of seventeen
+    # stages.
     assert forward == pytest.approx(backward, abs=1e-12 * size)
 
 
@@ -109,13 +110,14 @@ def test_derivatives_are_those_of_whole_collisions(name):
         changed = scene.without("speed").replace(velocity=v0 + change)
         return run(changed).eta
 
-    # Differences over 5e-5: what a warm chain amplifies to 1e-2, to the fourth power, and rounding
-    # of eta over them. Steps are the same in all runs, so that their error is in both sides.
+    # Differences of 5e-5, which a warm chain amplifies to 1e-2, have an error of fourth order, plus
+    # rounding of eta divided by the difference. All runs have the same steps, whose error is in
+    # each of the two derivatives.
     expected = central(by_speed, 5e-5 * v0)
     assert -np.sum(found.velocities[first:]) == pytest.approx(expected, rel=1e-6)
     assert found.residual < 1e-7
     parameters = zip(variants_of(scene), found.parameters, strict=True)
-    if scene.temperature is not None:  # masses and bonds decide what is drawn
+    if scene.temperature is not None:  # the random state depends on masses and bonds
         parameters = zip((), (), strict=True)
     else:
         chain, at = line.chain_masses, np.cos(np.arange(scene.particles))
@@ -149,13 +151,13 @@ def test_derivatives_are_those_of_whole_collisions(name):
 
 
 def test_exact_cases():
-    # A cold harmonic chain has the same eta at any speed, and the wall may stand anywhere.
+    # The eta of a cold harmonic chain does not depend on speed or on the position of the wall.
     found = collide(Scene(potential="harmonic", particles=9, engine="reference")).sensitivity
     size = np.linalg.norm(found.velocities)
     assert abs(found.velocity) < 1e-10 * size
     assert abs(found.wall_place) < 1e-10 * size
     # Toda: U(s; b) = U(b s; 1)/b^2, so that eta depends on the product of b and speed alone. The
-    # derivative by b is of differences over 1e-5 of b, good to the square of that.
+    # derivative by b comes from differences of 1e-5 b, with a relative error of the square of 1e-5.
     scene = Scene(potential="toda", toda_b=7.0, particles=9, masses=(1, 2), engine="reference")
     found = collide(scene).sensitivity
     by_speed = scene.impact_velocity * found.velocity
@@ -165,13 +167,13 @@ def test_exact_cases():
 def test_a_small_change_of_the_state_grows_as_it_is_pushed_forward(tmp_path):
     scene, collision = traced("cold")
     found, n = gradient(collision, []), scene.particles
-    # The gap stays closed: a chain cannot come from inside the wall.
+    # The gap stays closed, because a chain cannot start inside the wall.
     size = math.hypot(np.linalg.norm(found.strains[1:]), np.linalg.norm(found.velocities))
     strain = np.concatenate(([0.0], found.strains[1:] / size))
     velocity = found.velocities / size
     velocity[0] = 0.0
     grown = np.concatenate(changed(collision, scene.bond, strain, velocity))
-    # Of eta: the direction is that of its derivative.
+    # The amplification is that of eta, in the direction of its derivative.
     result = collide(scene)
     amplified = scene.impact_velocity * size / result.restitution
     assert result.sensitivity.amplification == pytest.approx(amplified, rel=1e-6)
@@ -186,7 +188,7 @@ def test_a_small_change_of_the_state_grows_as_it_is_pushed_forward(tmp_path):
         return np.concatenate((strains, [0.0], end.velocities))
 
     assert len(grown) == 2 * n + 1
-    # As above: changes of 1e-5, to the fourth power, and rounding over them.
+    # As above, changes of 1e-5 have an error of fourth order, plus rounding divided by the change.
     assert central(after, 1e-5) == pytest.approx(grown, abs=1e-6 * np.linalg.norm(grown))
 
 
@@ -195,7 +197,8 @@ def test_rounding_is_what_runs_that_differ_in_the_last_digit_scatter_by():
     speeds = scene.impact_velocity * (1.0 + np.finfo(float).eps * np.arange(-12, 13))
     scenes = [scene.without("speed").replace(velocity=float(v)) for v in speeds]
     scatter = np.std([run(each).eta for each in scenes])
-    # A deviation of 25 draws is known to a seventh; numbers are taken to be rounded at random.
+    # A standard deviation of 25 draws has an error of a seventh. The estimate assumes random
+    # rounding.
     assert scatter / 3.0 < gradient(collision, []).rounding < 3.0 * scatter
 
 
@@ -243,7 +246,8 @@ def test_the_command_prints_it(chaincor):
 
 
 def test_no_derivative_is_given_where_the_last_digits_decide():
-    # As of lj chains of 3000 at 0.39 v*, whose last contacts differ between neighbouring speeds.
+    # The rounding error is like that of lj chains of 3000 at 0.39 v*, whose last contacts differ
+    # between neighbouring speeds.
     found = collide(Scene(potential="lj", particles=5, speed=0.4, engine="reference"))
     hinging = replace(found, error_parts=replace(found.error_parts, rounding=1e-2))
     with pytest.raises(SensitivityError, match="they decide which contacts occur"):

@@ -36,7 +36,8 @@ PICTURES = ("world_lines", "spectrum", "energy", "contacts")
 
 
 def test_the_root_of_eta_has_no_digits_that_its_error_drowns():
-    # e = sqrt(eta) errs by 1/(2 e) of what eta does; of an eta near zero, by the root of that.
+    # The error of e = sqrt(eta) is that of eta divided by 2 e or, for an eta near zero, the square
+    # root of that of eta.
     result = collide(SCENES["reference"])
     e = result.kinematic_restitution
     for error, digits in ((None, 6), (1e-9, 6), (2e-3, 4), (0.1, 2)):
@@ -56,7 +57,7 @@ def plain():
 
 
 class Cells(HTMLParser):
-    """Texts of the table's cells, and what opens that does not close."""
+    """Parser that collects the texts of table cells and the tags that are not closed."""
 
     def __init__(self, text):
         super().__init__()
@@ -106,7 +107,8 @@ def test_the_table_holds_what_the_command_prints(result):
 
 
 def test_an_open_end_says_no_more_than_is_known(plain):
-    # Pieces may recede, and late contacts be in doubt by the last digits alone.
+    # The end may be open because of late contacts that depend on the last digits, although all
+    # pieces recede.
     doubted = dataclasses.replace(plain, ending="open")
     assert dict(rows_of(doubted))["end"] == (
         "open: another contact may still come; the error bar allows for it"
@@ -158,15 +160,16 @@ def test_history_is_the_motion(result):
     if target is not None:
         assert np.array_equal(target.displacements, [s.target_displacements for s in states])
         assert np.array_equal(target.velocities, [s.target_velocities for s in states])
-        # The wall is away: what one body loses the other has.
+        # Without a wall, one body gains the momentum that the other loses.
         both = history.momentum + target.momentum
         np.testing.assert_allclose(both, both[0], rtol=1e-9)
-    # The motion conserves energy: to what was asked of eta, with room for that of single frames.
+    # The motion conserves energy. The tolerance is wider than that of eta, because single frames
+    # have larger errors.
     bodies = [body for body in (history, result.target_history) if body is not None]
     energy = np.sum([body.translation + body.vibration for body in bodies], axis=0)
     np.testing.assert_allclose(energy, energy[0], rtol=1e-3)
     if result.target_particles is None:
-        # After the last contact translation stays as it is: eta of what there was at impact.
+        # After the last contact, the translational energy is constant: eta times that at impact.
         before = 0.5 * result.particles * result.velocity**2
         assert history.translation[-1] / before == pytest.approx(
             result.restitution, abs=result.restitution_error + 1e-9
@@ -177,7 +180,7 @@ def test_energy_starts_whole(result):
     ax = result.plot.energy()
     top = ax.collections[-1].get_paths()[0].vertices[:, 1].max()
     assert top == pytest.approx(1.0, abs=1e-3)
-    # Before the first contact all of a cold chain's is translation.
+    # Before the first contact, all energy of a cold chain is translational.
     translation = ax.collections[0].get_paths()[0].vertices
     if result.temperature is None:
         assert translation[:, 1].max() == pytest.approx(1.0, abs=1e-6)
@@ -202,7 +205,7 @@ def test_a_list_of_results_is_a_table(plain):
 def test_a_free_target_is_in_the_picture():
     ax = collide(SCENES["target"]).plot.world_lines()
     lowest = min(line.get_ydata().min() for line in ax.get_lines())
-    assert lowest < -1.9  # three particles, the last two bond lengths behind the contact
+    assert lowest < -1.9  # the last of three particles is two bond lengths behind the contact
     assert ax.get_ylabel().startswith("position")
 
 
@@ -282,7 +285,8 @@ CELLS = (
     "from chaincor import Scene, collide\n"
     "result = collide(Scene(potential='harmonic', particles=3, engine='reference'))\nresult",
     "ax = result.plot.spectrum()\nax.set_title('mine');",
-    # Before matplotlib 3.10 a notebook hears of pyplot's figures only after the cell of the first.
+    # Before matplotlib 3.10, a notebook shows figures of pyplot only after the cell with the first
+    # figure.
     "import matplotlib.pyplot as plt\nplt.close(plt.figure())",
     "ax = result.plot.spectrum()",
     "figure, ax = plt.subplots()\nresult.plot.spectrum(ax=ax);",
@@ -319,7 +323,7 @@ def test_a_notebook_shows_each_figure_once():
 )
 def test_bond_lengths_are_the_extremes_within_what_is_said(fields):
     found = collide(Scene(engine="reference", **fields))
-    # Steps so short that between them no bond goes 1e-6 farther.
+    # Steps are so short that bond lengths at their ends are within 1e-6 of the extremes.
     fine = collide(
         Scene(engine="reference", scheme="order8", timestep=0.004, error=False, **fields)
     )

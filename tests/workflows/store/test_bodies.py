@@ -22,7 +22,7 @@ TARGET = Scene(**CHAIN, masses=[1, 2], target_particles=3, target_masses=[5, 1],
 
 @pytest.fixture
 def collision(make_collision):
-    """Return a function that makes a result with what a free target adds to it."""
+    """Return a function that makes a result with the fields of a free target."""
 
     def make(scene, restitution=0.5):
         made = make_collision(scene, restitution)

@@ -126,10 +126,10 @@ def test_two_writers_take_turns(tmp_path, make_attempt):
             with Store(path) as store:
                 for k in range(first, first + 60):
                     store.record([make_attempt(SCENE.replace(speed=0.001 * k))])
-        except Exception as error:  # shown by the main thread
+        except Exception as error:  # the main thread reports it
             errors.append(error)
 
-    # The parts overlap by half: rows that both write must be there once.
+    # Half of the two parts is common. Rows that two threads write must occur once.
     threads = [threading.Thread(target=write, args=(first,)) for first in (1, 31)]
     for thread in threads:
         thread.start()
@@ -145,14 +145,15 @@ def test_a_store_made_while_it_is_opened_is_a_store(tmp_path, monkeypatch):
     plain = sqlite3.Connection
 
     class Overtaken(plain):
-        """Lets another process make the store after the first look at the file."""
+        """Connection that lets another process make the store after the first check of the file."""
 
         looked = False
 
         def execute(self, statement, *parameters):
             if statement == "PRAGMA user_version" and not Overtaken.looked:
                 Overtaken.looked = True
-                # It has to wait, unless the looks are apart.
+                # The other process has to wait, unless a check and the creation are separate
+                # transactions.
                 with (
                     contextlib.closing(plain(path, timeout=0.0)) as other,
                     contextlib.suppress(sqlite3.OperationalError),
@@ -193,14 +194,14 @@ def test_many_processes_may_make_one_store(tmp_path):
 
 
 def _open_stores(folder, rounds, barrier, errors):
-    """Open store after store at the same moment as others do."""
+    """Open a sequence of stores, each at the same moment as other processes."""
     seen = []
     for k in range(rounds):
         barrier.wait()
         try:
             with Store(folder / f"{k}.sqlite") as store:
                 len(store)
-        except Exception as error:  # shown by the main process
+        except Exception as error:  # the main process reports it
             seen.append(str(error))
     errors.put(seen)
 

@@ -53,7 +53,7 @@ def test_a_row_that_cannot_be_read_back_is_named(store_path, damage):
     with Store(store_path) as store:
         with pytest.raises(StoreError, match=HURT.collision_sha256):
             store.find(HURT)
-        # Where a smaller error is asked than it has, it is not read, but computed again.
+        # If a smaller error is requested, the row is not read, and the collision is computed again.
         assert store.get(HURT.replace(tolerance=1e-12)) is None
 
 

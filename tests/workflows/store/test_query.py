@@ -94,8 +94,8 @@ def test_questions_with_conditions_and_order(store, make_attempt, make_failure):
 
 @pytest.mark.parametrize("condition", ["speed<0,15", "speed>fast", "particles!=ten", "speed<nan"])
 def test_a_column_of_numbers_is_compared_with_numbers_only(store, make_attempt, condition):
-    # For SQLite a word is above all numbers: each of these would have been ignored, or have hidden
-    # every row.
+    # In SQLite, a word is greater than all numbers. Each of these conditions would select every row
+    # or no row.
     store.record([make_attempt(SCENE)])
     with pytest.raises(StoreError, match="Give a number"):
         count_rows(store, [condition])
@@ -103,7 +103,8 @@ def test_a_column_of_numbers_is_compared_with_numbers_only(store, make_attempt, 
 
 def test_words_and_flags_are_compared_as_they_are_written(store, make_attempt):
     store.record([make_attempt(SCENE)])
-    # As a number, 1000 is '1000.0', which sorts after a date of the year 1000, and 2e3 is none.
+    # As a number, the year would become text such as '1000.0', which sorts after dates of the year
+    # 1000, and 2e3 would not equal itself.
     (year,) = {row[0][:4] for row in query_rows(store, ["finished"])}
     for condition in (f"finished>{year}", f"finished>={year}", "host!=2e3", "tolerance_met=true"):
         assert count_rows(store, [condition]) == 1, condition
@@ -119,7 +120,7 @@ def test_exports_hold_every_row_exactly(store, tmp_path, make_attempt, make_fail
     export_store(store, tmp_path / "a.csv")
     export_store(store, tmp_path / "a.parquet")
     direct = to_pandas(store)
-    # pandas before 3 reads numbers to the last digit but one.
+    # pandas before version 3 reads numbers with an error in the last digit.
     from_csv = pandas.read_csv(tmp_path / "a.csv", dtype={"restitution": str})
     from_csv["restitution"] = from_csv["restitution"].map(float)
     from_parquet = pandas.read_parquet(tmp_path / "a.parquet")
@@ -174,9 +175,8 @@ def test_a_crate_without_the_library_says_how_to_get_it(tmp_path, monkeypatch):
 
 
 def test_many_rows_are_asked_in_a_moment(store, make_attempt):
-    # What SQLite does for an answer is counted, not timed: resuming costs the same for a row
-    # among four thousand as among four hundred, and a list of all rows is linear in them (times
-    # log n, as it is sorted).
+    # The test counts SQLite's instructions instead of measuring time. To find a row costs the same
+    # among four thousand rows as among four hundred. A sorted list of all n rows costs n log n.
     scenes = [
         Scene(potential="lj", particles=n, speed=0.001 * k)
         for n in range(10, 30)
@@ -186,7 +186,7 @@ def test_many_rows_are_asked_in_a_moment(store, make_attempt):
     columns = ["particles", "speed", "restitution"]
     counts = []
     for part in (scenes[:400], scenes[400:]):
-        # The same result under every key: only the numbers of rows matter here.
+        # Every row has the same result, because only the number of rows matters here.
         store.record([(scene, one.row) for scene in part])
         with _instructions(store) as alone:
             assert store.standings(scenes[:1])[0].answers(scenes[0])

@@ -39,7 +39,7 @@ def test_arrays_are_kept_only_on_request(store, make_attempt):
 
 
 def test_the_speed_is_kept_as_it_was_given(store, make_attempt):
-    # 0.1 v*/v* is not 0.1 to the last bit for every bond; a heat map needs equal speeds equal.
+    # For some bonds, 0.1 v*/v* differs from 0.1 in the last bit, but a heat map needs equal speeds.
     scenes = [Scene(potential=p, speed=s) for p in ("lj", "toda", "log") for s in (0.1, 0.3, 0.7)]
     store.record([make_attempt(scene) for scene in scenes])
     assert {row[0] for row in query_rows(store, ["speed"])} == {0.1, 0.3, 0.7}
@@ -102,7 +102,7 @@ def test_the_first_of_two_equal_results_stays_unless_asked(store, make_attempt):
 def test_arrays_stay_those_of_the_result(store, make_attempt):
     tight = SCENE.replace(tolerance=1e-8)
     store.record([make_attempt(SCENE, 0.51)], arrays=True)
-    store.record([make_attempt(tight, 0.52)])  # arrays not asked for this time
+    store.record([make_attempt(tight, 0.52)])  # no arrays are requested
     assert store.get(tight, arrays=True).arrays["contact_times"][1] == 0.52
     store.record([make_attempt(SCENE, 0.53)], arrays=True)
     assert store.get(SCENE, arrays=True).arrays["contact_times"][1] == 0.52

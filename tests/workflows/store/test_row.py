@@ -91,7 +91,7 @@ def test_what_no_run_has_met_stands_for_nothing_tighter():
 
 
 def join(kept, other):
-    """Return what a store has after a merge."""
+    """Return the result in a store after a merge."""
     if kept.yields_to(other):
         kept, other = other, kept
     changes = kept.tightened_by(other)
@@ -122,7 +122,7 @@ RUNS = tuple(itertools.product(TOLERANCES, ERRORS))
 
 @pytest.fixture
 def pairs(make_attempt):
-    """Return, for every two runs of a collision, the attempts; each pair at a speed of its own."""
+    """Return attempts for every pair of runs of a collision; each pair has its own speed."""
     made = []
     for k, runs in enumerate(itertools.product(RUNS, RUNS)):
         scene = SCENE.replace(speed=0.1 + 0.001 * k)
@@ -170,7 +170,7 @@ def test_a_merge_keeps_the_smaller_error_and_is_not_run_again(tmp_path, pairs):
 
 
 def test_arrays_are_computed_once_whatever_the_second_run_reaches(store, pairs):
-    # A run without an error bar replaces none that has one.
+    # A run without an error bar does not replace a run with one.
     pairs = [pair for pair in pairs if pair[1].row.restitution_error is not None]
     store.record([first for first, _ in pairs])
     again = []

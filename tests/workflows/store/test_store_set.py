@@ -18,7 +18,7 @@ COLUMNS = ("potential", "speed", "restitution", "tolerance", "tolerance_met", "f
 
 @pytest.fixture
 def shards(tmp_path, make_attempt, make_failure):
-    """Three shards of 12 collisions; the last one failed."""
+    """Return three shards of 12 collisions, the last of which failed."""
     folder = tmp_path / "s.shards"
     folder.mkdir()
     attempts = [make_attempt(scene, 0.5 + 0.01 * k) for k, scene in enumerate(SCENES[:-1])]

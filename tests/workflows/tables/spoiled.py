@@ -3,8 +3,8 @@ Spoil tables of known functions in 16 ways, and judge them against the functions
 
 Run: python -m tests.workflows.tables.spoiled [--tolerance 0.01] [--seed 1] [--kind KIND]
 
-Prints, for each kind of fault, how many of 25 spoiled tables are called good although LAMMPS's own
-force is off by more than the tolerance, and how many sound ones are refused.
+For each kind of fault, the program prints how many of 25 spoiled tables are called good although
+the error of LAMMPS's force exceeds the tolerance. It also prints how many sound tables are refused.
 """
 
 import argparse
@@ -156,7 +156,7 @@ SOUND = [
 
 
 def write(case, path, data, slopes=None):
-    """Write a table; `slopes` are those at the ends, if the case has them."""
+    """Write a table; `slopes` are the end slopes of the force, if the case has them."""
     header = f"N {len(data)}"
     if case.header:
         header += f" {case.header} {case.low:.12g} {case.high:.12g}"
@@ -178,7 +178,7 @@ def _size(rng, low, high):
 
 
 def _place(case, data, rng):
-    """Return a row where particles go."""
+    """Return a row at a length that particles reach."""
     inside = np.flatnonzero(data[:, 1] <= np.min(data[:, 1]) + 8.0)
     inside = inside[(inside > 5) & (inside < len(data) - 6)]
     return int(rng.choice(inside)) if len(inside) else len(data) // 2
@@ -255,7 +255,7 @@ def _shifted(case, data, rng):
 def _r_squared(case, data, rng):
     data[:, 0] **= 2
     if case.header and rng.random() < 0.5:
-        # The range of the header is that of the column.
+        # The header has the range of the column.
         return replace(case, header="R", low=case.low**2, high=case.high**2), data, (0.0, 0.0)
     return case, data, None
 
@@ -308,7 +308,7 @@ FAULTS = {
 
 
 def local_size(exact, at):
-    """Return the largest force within 5 % of the range on both sides, and at least 0.001 of all."""
+    """Return the largest force within 5 % of the range, but at least 0.001 of the maximum."""
     low, high = np.min(at), np.max(at)
     fine = np.linspace(low, high, 4001)
     forces = np.abs(exact(fine))
@@ -351,7 +351,7 @@ def error_of_lammps(case, path, report, span):
 
 
 def error_of_model(case, path, report, span):
-    """Return the same by the model of LAMMPS, which is faster."""
+    """Return the largest error of the model of LAMMPS, which is faster."""
     if report.curves is None:
         return np.inf
     low, high = max(span[0], report.low), min(span[1], report.high)
@@ -370,7 +370,7 @@ def _sizes(case, span):
 def judged(
     folder, names=tuple(FAULTS), *, tolerance=0.01, seed=1, cases=SOUND, reference_value=None
 ):
-    """Yield kind of fault, case, true error and report of each spoiled table."""
+    """Yield the kind of fault, the case, the true error and the report of each spoiled table."""
     reference_value = reference_value or error_of_lammps
     path = Path(folder) / "t.table"
     for number, sound in enumerate(cases):

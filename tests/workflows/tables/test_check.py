@@ -61,9 +61,9 @@ GOOD = [
     {"kind": "pair", "power": 2},
     {"rows": 100},
     {"form": "%.7g"},
-    # Distances that LAMMPS warns of: they differ from those of R by their last digit.
+    # LAMMPS warns of these distances, which differ from those of the keyword R in the last digit.
     {"kind": "pair", "spoil": lambda d, h: np.column_stack([np.round(d[:, 0], 5), d[:, 1:]])},
-    # Distances that repeat after rounding: LAMMPS recomputes them from the header.
+    # These distances are equal after rounding; LAMMPS recomputes them from the header.
     *(
         {
             "kind": "pair",
@@ -75,7 +75,7 @@ GOOD = [
     ),
     {"head": {"EQ": [1.0]}},
     {"spoil": lambda d, h: d + np.array([0.0, 7.5, 0.0])},
-    # No interaction, as placeholders are.
+    # This table has no interaction, like a placeholder.
     {"spoil": lambda d, h: d * [1, 0, 0], "head": {"FP": [0, 0]}},
 ]
 
@@ -85,7 +85,8 @@ def test_good_tables_are_good(tmp_path, made):
     report = check_table(write(tmp_path / "t.table", **made))
     assert report.faults == ()
     assert report.is_good
-    # A part of the local force: a spline through rows this near, with its end slopes.
+    # The error is relative to the local force, for a spline with its end slopes through rows at
+    # this spacing.
     assert report.error < 1e-3
     assert report.summary.startswith("Good")
 
@@ -104,7 +105,7 @@ def _noisy(data, column, size):
 
 
 def _kinked(data):
-    """Add a force that begins to grow at 1.2, with its energy."""
+    """Add a force that begins to grow at 1.2, and its energy."""
     beyond = np.maximum(data[:, 0] - 1.2, 0.0)
     return data + 20.0 * np.transpose([0.0 * beyond, -(beyond**2) / 2.0, beyond])
 
@@ -195,7 +196,7 @@ def test_faulty_tables_are_reported(tmp_path, name):
     report = check_table(path, kind=kind, tolerance=1e-3)
     assert not report.is_good
     assert said in " ".join(report.faults)
-    # Without a tolerance the same is reported, and the user judges it.
+    # Without a tolerance, the report has the same content, and the user judges it.
     printed = check_table(path, kind=kind)
     assert printed.is_good == (name in ("8 rows", "noise", "one decimal", "a gap", "a kink"))
     assert said in " ".join(printed.faults + printed.notes)
@@ -218,15 +219,16 @@ def test_a_file_without_a_header_or_rows(tmp_path):
 @pytest.mark.parametrize("style", ["spline", "linear"])
 def test_the_error_is_that_of_the_function(tmp_path, kind, rows, form, noise, style):
     """
-    LAMMPS's force against the function that the table was made of.
+    Compare LAMMPS's force with the function from which the table was made.
 
-    Interpolation is known to a factor of two. Noise and rounding are estimated from seven rows, of
-    which the largest is taken: a factor of 2.5 below, and of 6 where numbers lose digits anew.
+    The interpolation error is estimated within a factor of two. Noise and rounding are estimated
+    from seven rows, and the largest estimate is used. This may be too small by a factor of 2.5, or
+    too large by 6 if numbers lose further digits.
     """
     path = write(
         tmp_path / "t.table", kind, rows, form, lambda d, h: _noisy(d, 2, noise) if noise else d
     )
-    # Ten kT of the cosine are more than its range.
+    # For the cosine, an energy of ten kT exceeds the range.
     report = check_table(path, kind=kind, style=style, range=FUNCTIONS[kind][1:3])
     exact = FUNCTIONS[kind][0]
     true = true_error(report, lambda at: exact(at)[1])
@@ -269,7 +271,7 @@ def test_angles_and_pairs_are_not_called_bonds(tmp_path):
 
 
 def test_what_pair_write_and_bitmaps_look_like(tmp_path):
-    """A table that ends by 0 at its cutoff, and rows that begin in the middle."""
+    """Accept a table that ends by 0 at its cutoff, and rows that begin in the middle."""
     cut = write(
         tmp_path / "cut",
         "pair",
@@ -290,7 +292,7 @@ def test_what_pair_write_and_bitmaps_look_like(tmp_path):
     )
     report = check_table(rolled)
     assert report.is_good
-    # Written in the order of their distances, rows are those that were read.
+    # The new table has the rows that were read, in the order of their distances.
     new = tmp_path / "new"
     rewrite_table(report, new, report.rows)
     assert check_table(new).faults == ()
@@ -302,7 +304,7 @@ def test_what_pair_write_and_bitmaps_look_like(tmp_path):
 
 
 def test_rounded_distances_are_rewritten_with_all_digits(tmp_path):
-    """A spline through the rounded distances would not exist: they repeat."""
+    """Use distances that are equal after rounding, through which no spline exists."""
     rounded = write(
         tmp_path / "t",
         "pair",
@@ -317,7 +319,7 @@ def test_rounded_distances_are_rewritten_with_all_digits(tmp_path):
 
 
 def test_a_bitmap_in_the_order_of_its_distances_is_refused(tmp_path):
-    """LAMMPS takes row i for the distance with the bits of i, and so reads other forces."""
+    """Refuse such a table: LAMMPS uses row i for the distance with the bits of i."""
     r = np.sort(bitmap_lengths(0.9, 2.5, 8))
     sorted_rows = write(
         tmp_path / "sorted",
@@ -372,7 +374,7 @@ def test_the_command_says_good_and_faulty(tmp_path, chaincor):
 
 @pytest.mark.parametrize("kind", FUNCTIONS)
 def test_what_is_written_is_a_good_table_of_the_same_force(tmp_path, kind, chaincor):
-    """Energies of another unit are what is wrong; forces, whose spline has 400 rows, are kept."""
+    """Correct energies in another unit, and keep the forces, whose spline has 400 rows."""
     path = write(tmp_path / "t.table", kind, spoil=lambda d, h: d * [1, 4.184, 1])
     new = tmp_path / "new.table"
     words = ["table", path, "--kind", kind, "--write", new, "--rows", "1000"]
@@ -389,7 +391,7 @@ def test_what_is_written_is_a_good_table_of_the_same_force(tmp_path, kind, chain
 
 
 def test_a_kink_beside_smaller_forces_counts_at_its_own_place(tmp_path):
-    """The local force falls by a factor of four within the seven rows that noise is taken from."""
+    """Use a local force that falls by a factor of four within the seven rows for the noise."""
     kink, push, core, well = 0.85, 1.5, 400.0, 10.0
     r = np.linspace(0.7, 1.4, 71)
 

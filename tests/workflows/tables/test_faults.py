@@ -15,7 +15,7 @@ from tests.workflows.tables.test_check import lennard_jones, morse, write
 
 
 def _signs(path, low, beyond, rows=150):
-    """Write a Lennard-Jones table whose forces are reversed beyond a place."""
+    """Write a Lennard-Jones table whose forces have the wrong sign beyond a distance."""
     r = np.linspace(low, 3.0, rows)
     energy, force, _ = lennard_jones(r)
     force = np.where(r > beyond, -force, force)
@@ -29,13 +29,13 @@ def _signs(path, low, beyond, rows=150):
 
 @pytest.mark.parametrize("low", [0.02, 0.3, 0.5, 0.8])
 def test_a_core_does_not_hide_a_reversed_well(tmp_path, low):
-    """The force in the core is up to 1e23 times that of the well."""
+    """Find the wrong sign in the well although the force in the core is up to 1e23 times larger."""
     faulty = check_table(_signs(tmp_path / "t", low, 0.9))
     assert "the forces have the wrong sign" in faulty.summary
     assert faulty.error > 1.0
     sound = check_table(_signs(tmp_path / "t", low, 9.0))
     assert sound.faults == ()
-    # Steep cores carry LAMMPS's spline astray far outside, and the bottom line says so.
+    # A steep core disturbs LAMMPS's spline far from the core, which the bottom line reports.
     assert sound.summary.startswith("Good" if low >= 0.5 else "The rows are sound, but LAMMPS's")
 
 
@@ -93,7 +93,7 @@ def _reversed_between(data, low, high):
     return np.stack([r, energies, np.where((r > low) & (r < high), -forces, forces)], axis=1)
 
 
-# The remedy must hold for the rows that are wrong, and for no others.
+# The remedy must name only the rows that are wrong.
 PARTS = {
     (0.9, 1.6): lambda d: _reversed_between(d, 0.9, 1.6),
     (1.4, 2.0): lambda d: _reversed_between(d, 1.4, 3.0),
@@ -106,7 +106,7 @@ def test_a_part_of_reversed_forces_is_located(tmp_path, part):
     path = write(tmp_path / "t", spoil=lambda d, h: h.pop("FP") and PARTS[part](d))
     report = check_table(path)
     found = re.search(r"wrong sign between (\S+) and (\S+)\. Multiply these forces", report.summary)
-    # Two rows, and the four digits that are printed.
+    # The tolerance is two rows, plus rounding to four digits.
     assert [float(x) for x in found.groups()] == pytest.approx(part, abs=2 * 1.4 / 399 + 1e-3)
 
 
@@ -122,7 +122,7 @@ def test_a_shift_of_half_a_column_is_no_factor(tmp_path):
 
 
 def test_reversed_energies_are_distinguished_from_reversed_forces(tmp_path):
-    """The first force of a bond pushes its particles apart."""
+    """Use a bond, whose first force must push particles apart."""
     path = write(tmp_path / "t", spoil=lambda d, h: h.pop("FP") and d * [1, -1, 1])
     assert "Multiply the energy column by -1" in check_table(path).summary
 
@@ -255,7 +255,7 @@ def test_angles_are_no_bonds(tmp_path, low, high):
 
 @pytest.mark.parametrize("form", ["r", "rsq", "bitmap"])
 def test_tables_of_pair_write_are_good(tmp_path, form):
-    """The input of LAMMPS's own writer: its tables end by zeros at the cutoff."""
+    """Accept tables of LAMMPS's own writer, which end by zeros at the cutoff."""
     count = 8 if form == "bitmap" else 500
     (tmp_path / "in.write").write_text(
         "units lj\nboundary f f f\nregion b block 0 10 0 10 0 10\ncreate_box 1 b\n"
@@ -280,7 +280,7 @@ def test_compare_prints_both_forces_and_counts_warnings(tmp_path, kind, chaincor
     assert found["refusal"] is None
     assert found["model_error"] < 1e-9
     assert found["warnings"] == plain["warnings"]
-    # The largest of some thousand places, against the largest of a thousand others.
+    # The two errors are the largest at some thousand distances and at a thousand other distances.
     assert found["error"] == pytest.approx(plain["error"], rel=0.2)
     assert (
         "LAMMPS's force differs from the rows by"
@@ -299,7 +299,7 @@ def test_a_report_shows_itself(tmp_path):
 
 
 def test_rows_of_a_bitmap_are_numbered_as_in_the_file(tmp_path):
-    """The rows of a bitmap begin inside its range; the third one of the file is moved."""
+    """Move the third row of a bitmap, whose rows begin inside its range."""
     r = bitmap_lengths(0.9, 2.5, 8)
     assert r[0] > 0.9
     data = np.stack([r, *lennard_jones(r)[:2]], axis=1)
@@ -310,8 +310,8 @@ def test_rows_of_a_bitmap_are_numbered_as_in_the_file(tmp_path):
     assert any("row 3 is at" in fault for fault in check_table(path).faults)
 
 
-# A line, the text that replaces it, and the words of the fault. LAMMPS skips the line after the
-# header, takes the last of two words, and refuses other lines among the rows.
+# Each entry has a line, its replacement, and the words of the fault. LAMMPS skips the line after
+# the header, uses the last of two equal keywords, and refuses other lines among the rows.
 HEADER_LINES = [
     ("N 40\n\n", "N 40\nFP -60 -0.3\n", "LAMMPS skips the line 'FP -60 -0.3'"),
     ("N 40\n\n", "N 40\nN 40\n", "LAMMPS skips the line 'N 40'"),
@@ -326,7 +326,7 @@ HEADER_LINES = [
 
 
 def _plain(path):
-    """Write a sound table with the header N alone."""
+    """Write a sound table whose header has only N."""
     r = np.linspace(0.6, 1.4, 40)
     rows = [f"{k} {a:.12g} {(a - 1) ** 2:.12g} {2 - 2 * a:.12g}" for k, a in enumerate(r, 1)]
     path.write_text("\n".join(["KEY", "N 40", "", *rows, ""]))

@@ -25,13 +25,13 @@ def _write(path, columns, header):
 
 
 def _differs(path, table, style, rows, span, bits=None):
-    """Return the largest difference of forces and of energies, as parts of the largest."""
+    """Return the largest relative difference of forces or energies from those of LAMMPS."""
     kind = table.kind
     period = table.period or 360.0
     given = run_lammps(path, "KEY", kind, style, bits or rows, span, 301, period=period)
     assert given.error == ""
     curve, at = lammps_curve(table, style, rows), given.lengths
-    # The last place may be rounded into a bin that LAMMPS does not have.
+    # Rounding may put the last length into a bin that LAMMPS does not have.
     off = [
         np.max(np.abs(mine - theirs)[:-1]) / np.max(np.abs(theirs))
         for mine, theirs in ((curve.force(at), given.forces), (curve.energy(at), given.energies))
@@ -52,7 +52,7 @@ def test_bonds_and_pairs(tmp_path, kind, style, slopes):
     _write(tmp_path / "t", (r, *lennard_jones(r)), header)
     table = TableData(kind, r, *lennard_jones(r), slopes)
     for rows in (60, 33):
-        # Rounding of numbers that differ by four powers of ten.
+        # The tolerance covers rounding of numbers that differ by four powers of ten.
         assert _differs(tmp_path / "t", table, style, rows, (0.8, 2.5)) < 1e-11
 
 
@@ -70,7 +70,7 @@ def test_bitmaps(tmp_path, bits):
     _write(tmp_path / "t", (r, *lennard_jones(r)), f"N {1 << bits} BITMAP 0.8 2.5")
     r = np.sort(r)
     table = TableData("pair", r, *lennard_jones(r), None, is_bitmap=True)
-    # LAMMPS holds squares in single precision.
+    # LAMMPS stores squares in single precision.
     span = (float(r[0]) * 1.0001, 2.499)
     assert _differs(tmp_path / "t", table, "bitmap", len(r), span, bits) < 1e-6
 

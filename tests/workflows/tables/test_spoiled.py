@@ -5,7 +5,7 @@ import pytest
 from tests.workflows.tables.spoiled import FAULTS, SOUND, error_of_lammps, error_of_model, judged
 
 _TOLERANCE = 0.01
-# One in a hundred, as asked of the command.
+# Fraction of the tables that the command may judge wrongly.
 _PART = 0.01
 
 
@@ -16,7 +16,7 @@ def _counts(folder, cases, reference_value, names=tuple(FAULTS)):
     ):
         if name == "sound":
             sound += 1
-            # The tables themselves must keep what is asked, or the test would be of nothing.
+            # Sound tables must themselves have an error below the tolerance.
             assert true < _TOLERANCE
             refused += [case.name] * (not report.is_good)
         else:

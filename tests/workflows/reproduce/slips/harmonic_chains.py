@@ -25,7 +25,7 @@ _CHAIN = 50
 
 
 def harmonic_slips() -> tuple[Slip, ...]:
-    """Return the slips of this part."""
+    """Return the slips of sections I and II."""
     checks: tuple[Callable[[], Slip], ...] = (
         _plastic_exponent,
         _viscoelastic_exponent,
@@ -44,10 +44,10 @@ def harmonic_slips() -> tuple[Slip, ...]:
 
 def _plastic_exponent() -> Slip:
     """
-    Work out what a fully plastic contact returns, at two speeds.
+    Compute the restitution of a fully plastic contact at two speeds.
 
-    Under a constant pressure the force grows as the contact's area, in proportion to depth; what
-    is given back is the elastic energy of Hertz's contact of the same area and force.
+    At constant pressure, the force is proportional to the contact's area, and thus to depth. The
+    energy returned is that of a Hertz contact with the same area and force.
     """
     from scipy.integrate import quad
     from scipy.optimize import brentq
@@ -107,7 +107,7 @@ def _viscoelastic_exponent() -> Slip:
 
 
 def _particle_order() -> Slip:
-    """Compare the printed b with the force of the printed Hamiltonian at rest."""
+    """Compare the printed b with the force of the printed Hamiltonian at equilibrium."""
     n = 5
     matrix = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
     matrix[0, 0] = matrix[-1, -1] = 1.0
@@ -146,7 +146,7 @@ def _reduced_units() -> Slip:
     speed = float(mode_frequencies(n)[1]) * n / math.pi
     outcome = modal.run(Scene(potential="harmonic", particles=n, velocity=0.1).problem)
     contact_time, crossings = float(outcome.contact_times[-1]), 2.0 * (n - 1)
-    # ω₁ = 2 sin(π/2n): the next term of the series bounds what is missing from c_l = 1.
+    # Because ω₁ = 2 sin(π/2n), the next term of the series bounds the deviation from c_l = 1.
     is_unit_speed = 0.0 < 1.0 - speed < math.pi**2 / (24.0 * n**2)
     return Slip(
         "section II, reduced units",
@@ -164,9 +164,10 @@ def _frequencies() -> Slip:
     exact = np.sqrt(np.maximum(np.linalg.eigvalsh(matrix), 0.0))
     j = np.arange(_CHAIN)
     ours = float(np.max(np.abs(exact - mode_frequencies(_CHAIN))[1:]))
-    # An eigenvalue of A is good to n eps |A| = 5e-14, and its root to that over 2 ω₁ = 0.13.
+    # An eigenvalue of A has an error of n eps |A| = 5e-14, and its square root this error divided
+    # by 2 ω₁ = 0.13.
     residue = 1e-12
-    # By label: sin(pi j/n) falls again beyond j = n/2.
+    # Modes are compared by label, because sin(pi j/n) falls again beyond j = n/2.
     printed = float(np.max(np.abs(exact - np.sin(np.pi * j / _CHAIN))))
     return Slip(
         "below eq. (7)",
@@ -185,7 +186,8 @@ def _mode_energies() -> Slip:
     energies = contact_mode_energies(_CHAIN, outcome.contact_times, outcome.contact_speeds)
     lost = 1.0 - float(restitution(outcome.velocities, 0.1))
     difference = abs(float(np.sum(energies)) / total - lost)
-    # Times near 100 are known to eps t = 2e-14, and phases to twice that: omega is below 2.
+    # Times near 100 have errors of eps t = 2e-14, and phases of twice this, because omega is below
+    # 2.
     residue = 1e-12
     return Slip(
         "eq. (7)",
@@ -220,13 +222,14 @@ def _contacts_bracket() -> Slip:
     impulse = float(np.sum(outcome.contact_speeds)) / 0.1
 
     def seen(missed: int) -> tuple[float, float, float]:
-        """Return f/n, the mean interval and the mean speed of those who miss some contacts."""
+        """Return f/n, the mean interval and the mean speed if some contacts are missed."""
         found = count - missed
         return found / 500, last / (found - 1), impulse / found
 
     f_one, interval_one, speed_one = seen(1)
     f_two, interval_two, speed_two = seen(2)
-    # Between the two, give or take half a unit of the last digit that is printed.
+    # The printed values are between those for one and two missed contacts, within half a unit of
+    # their last digit.
     fits = (
         f_two - 0.0005 < 0.867 < f_one + 0.0005
         and interval_one - 0.005 < 2.31 < interval_two + 0.005

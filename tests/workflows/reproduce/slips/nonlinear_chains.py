@@ -14,12 +14,12 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.reference import modal
 from tests.workflows.reproduce.slips.slip import Kind, Matters, Slip
 
-# What the paper prints for the shortening of the interval of two lj particles, eq. (15).
+# Coefficient in the paper for the shorter interval of two lj particles, eq. (15).
 PAPER_ALPHA = 0.808
 
 
 def nonlinear_slips() -> tuple[Slip, ...]:
-    """Return the slips of this part."""
+    """Return the slips of section III."""
     checks: tuple[Callable[[], Slip], ...] = (
         _zero_of_energy,
         _scale_equation,
@@ -44,7 +44,8 @@ def _zero_of_energy() -> Slip:
         return lj, toda, x - math.log(x)
 
     lj, toda, log = printed(1.0)
-    # What is added makes them the bonds that are computed with, at other lengths as well.
+    # With added constants, the printed energies are those of the package's bonds, also at other
+    # lengths.
     bonds, added = (LennardJones(), Toda(b), Logarithmic()), (1.0 / 72.0, -1.0 / b**2, -1.0)
     corrected = all(
         abs(value + shift - float(bond.energy(np.array(x - 1.0)))) < 1e-14
@@ -61,7 +62,7 @@ def _zero_of_energy() -> Slip:
 
 
 def _scale_equation() -> Slip:
-    """Without the shift the printed equation for x* has another root, or none."""
+    """Show that without the shift, the printed equation for x* has another root, or none."""
     bond = LennardJones()
     strains = np.linspace(-0.4, -1e-3, 4000)
     printed = bond.energy(strains) - 1.0 / 72.0 - strains**2
@@ -80,7 +81,7 @@ def _scale_equation() -> Slip:
 
 
 def _wall_frequency() -> Slip:
-    """Compare what is left in the modes with the wall's frequency above all of theirs."""
+    """Show that modes are excited although the wall's frequency is above all of theirs."""
     n = 500
     outcome = modal.run(Scene(potential="harmonic", particles=n, velocity=0.1).problem)
     frequency = 2.0 * math.pi / float(np.mean(np.diff(outcome.contact_times)))
@@ -160,7 +161,7 @@ def _integrand() -> Slip:
     from scipy.integrate import quad
 
     alpha = PAPER_ALPHA
-    # The integral to 200 and the mean of its tail.
+    # The integral is taken up to 200, with the mean of its tail beyond.
     integral = quad(lambda y: np.sinc(y / np.pi) ** 2, 0.0, 200.0, limit=500)[0] + 0.5 / 200.0
     constant = 64.0 * alpha / math.pi**3 * integral
     literal_first = constant / math.pi
@@ -194,12 +195,12 @@ def _toda_has_no_core() -> Slip:
     height = float(bond.energy(np.array(-1.0)))
     speed = bond.natural_speed
     assert speed is not None
-    # Of lengths near to zero: x^(-12) and -ln x without bound.
+    # Near length zero, x^(-12) and -ln x grow without bound.
     others = [
         float(other.energy(np.array(-1.0 + length)))
         for other, length in ((LennardJones(), 1e-15), (Logarithmic(), 1e-15))
     ]
-    # Two particles that meet at v0 each have v0² of relative energy.
+    # Two particles that approach each other at v0 each have a relative energy of v0².
     crossing = math.sqrt(height) / speed
     return Slip(
         "section III, last paragraphs",

@@ -7,7 +7,7 @@ from chaincor.workflows.reproduce.report import RIGHT as RIGHT_AS_PRINTED
 
 
 class Kind(StrEnum):
-    """What an entry is."""
+    """Kind of an entry."""
 
     SLIP = "slip"
     FOLLOWS = "counted with eqs. (16), (18)"
@@ -18,7 +18,7 @@ class Kind(StrEnum):
 
 
 class Matters(StrEnum):
-    """What follows from a slip."""
+    """Consequence of a slip."""
 
     NOTHING = "no"
     NUMBER = "a number"
@@ -27,13 +27,13 @@ class Matters(StrEnum):
 
 @dataclass(frozen=True)
 class Slip:
-    """A slip, or something that was suspected to be one."""
+    """A slip, or a suspected slip."""
 
     where: str  #: Place in the paper.
-    printed: str  #: What it prints.
-    correct: str  #: What it should be; empty where the print is right.
-    evidence: str  #: The check, with its numbers.
-    confirmed: bool  #: Whether the check came out as said.
-    kind: Kind = Kind.SLIP  #: Whether it counts as a slip.
-    #: What follows from it; of entries that do not count, nothing.
+    printed: str  #: Text in the paper.
+    correct: str  #: Corrected text; empty if the paper is right.
+    evidence: str  #: Description of the check, with its numbers.
+    confirmed: bool  #: Whether the check has the described result.
+    kind: Kind = Kind.SLIP  #: Kind of the entry.
+    #: Consequence of the slip; nothing for other entries.
     matters: Matters = Matters.NOTHING

@@ -1,7 +1,7 @@
 """
 Test that every slip's check gives its statement, and that the page of slips is current.
 
-``python -m tests.workflows.reproduce.slips.test_slips`` writes the page anew.
+``python -m tests.workflows.reproduce.slips.test_slips`` writes the page again.
 """
 
 import ast
@@ -19,7 +19,7 @@ from tests.workflows.reproduce.slips.slip import Kind, Matters, Slip
 
 PAGE = Path(__file__).parents[4] / "docs" / "paper_slips.md"
 
-# The numbered equations of the paper's source, in its order; unnumbered ones do not count.
+# The numbered equations of the paper, in their order in its source.
 EQUATIONS = (
     "coefficient of restitution",
     "Hamiltonian",
@@ -52,7 +52,7 @@ def all_slips() -> tuple[Slip, ...]:
 
 
 def count_slips(slips: tuple[Slip, ...]) -> str:
-    """Say how many slips there are, and how many entries are none."""
+    """Return a text with the numbers of slips and of entries that are no slips."""
     number = {kind: sum(slip.kind is kind for slip in slips) for kind in Kind}
     counted = [slip.matters for slip in slips if slip.kind is Kind.SLIP]
     return (
@@ -127,7 +127,7 @@ def test_slips_are_counted_by_what_follows_from_them():
 
 
 def test_no_rounding_residue_is_shown():
-    # What is left of an identity differs from processor to processor: bounds are shown instead.
+    # Residuals of identities differ between processors, so that the page shows bounds.
     for slip in all_slips():
         for bound, number in re.findall(r"(below )?(\d(?:\.\d+)?e-\d+)", slip.evidence):
             assert bound or float(number) > 1e-9, slip.evidence
