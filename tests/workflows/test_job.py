@@ -27,7 +27,7 @@ from tests.lmp import number, run_lmp, unexpected_warnings
 
 
 def from_python(scene):
-    """Run the same numerics, with the same table, through the engine."""
+    """Run the numerics of the job with its table in the engine."""
     numerics = Numerics.from_scene(scene)
     scouting = usual_pilot_run(scene.problem, time_after_last_contact(scene.problem))
     if scouting is not None:
@@ -59,13 +59,13 @@ def test_lmp_alone_gives_what_python_gives(fields, wall, tmp_path):
     eta = restitution(outcome.velocities, scene.impact_velocity)
     assert number(done.stdout, "restitution") == pytest.approx(eta, abs=1e-12)
     assert number(done.stdout, "contacts") == len(outcome.contact_times)
-    # LAMMPS adds up its time step by step: 1e4 additions of 1e-16 of a time of 50.
+    # LAMMPS adds up its time step by step, with 1e4 rounding errors of 1e-16 times 50.
     last = outcome.contact_times[-1]
     assert number(done.stdout, "last_contact_time") == pytest.approx(last, abs=1e-10)
     contacts = np.loadtxt(tmp_path / "contacts.txt", skiprows=1, ndmin=2)
     assert contacts[:, 1] == pytest.approx(outcome.contact_times, abs=1e-10)
     assert contacts[:, 2] == pytest.approx(outcome.contact_speeds, abs=1e-11)
-    # Momentum: what the wall gave is what the chain got.
+    # The impulse of the wall equals the change of the chain's momentum.
     given, got = number(done.stdout, "wall_impulse"), number(done.stdout, "momentum_change")
     scale = scene.particles * scene.impact_velocity
     assert abs(given - got) <= 1e-12 * scale
@@ -87,7 +87,7 @@ LINES = [
 
 
 def line_scene(fields, folder):
-    """Return a scene of two bodies; a state comes from afar, its particles not all with v0."""
+    """Return a scene; one with an initial state has a gap and unequal velocities."""
     fields = dict(fields)
     if fields.pop("initial", False):
         path = folder / "state.csv"
@@ -123,7 +123,7 @@ def test_a_job_with_a_target_runs_slower_chains_on_request(tmp_path):
     slower = scene.replace(velocity=0.03)
     table = usual_pilot_run(scene.problem, time_after_last_contact(scene.problem)).table_range()
     outcome = lammps.run(slower.problem, replace(Numerics.from_scene(slower), bond_range=table))
-    # The table of the job is made for bonds that are watched a little longer.
+    # The job follows bonds for slightly longer, and its table covers this time.
     eta = outcome.eta
     assert number(done.stdout, "restitution") == pytest.approx(eta, abs=1e-10)
 
@@ -154,19 +154,19 @@ def test_a_kept_run_of_two_bodies_is_a_job(tmp_path):
     outcome = lammps.run(scene.problem, Numerics.from_scene(scene), files=scene.run_files)
     done = run_lmp(tmp_path / "kept")
     assert done.returncode == 0, done.stdout[-2000:]
-    # The kept script has a table of its own.
+    # The saved script has its own table.
     assert number(done.stdout, "restitution") == pytest.approx(outcome.eta, abs=1e-10)
 
 
 @pytest.mark.slow
 def test_a_late_contact_is_waited_for(tmp_path):
-    # The 27th contact comes at 38.809, after silence while a piece of nine vibrates.
+    # Contact 27 comes at t = 38.809, after a silence in which a piece of nine particles vibrates.
     scene = Scene(particles=28, speed=1.47, scheme="verlet", timestep=0.002)
     write_job(scene, tmp_path)
     done = run_lmp(tmp_path)
     assert done.returncode == 0, done.stdout[-2000:]
     assert number(done.stdout, "contacts") == 27
-    # Verlet errors grow in the collision, from 1e-6 here to 1e-4 at the end.
+    # Errors of Verlet grow in the collision, here from 1e-6 to 1e-4.
     assert number(done.stdout, "restitution") == pytest.approx(0.80498439256, abs=1e-3)
     assert number(done.stdout, "last_contact_time") == pytest.approx(38.808724, abs=1e-2)
     assert re.search(
@@ -241,7 +241,7 @@ def test_the_motion_is_dumped_at_contacts_on_request(wall, tmp_path):
     found = analyze_frames(frames, Known(bond=scene.bond, end_argument=argue_end))
     times, speeds = np.loadtxt(tmp_path / "contacts.txt", usecols=(1, 2), skiprows=1, unpack=True)
     if wall == "event":
-        # Both were written by LAMMPS with 17 digits.
+        # LAMMPS wrote each with 17 digits.
         np.testing.assert_allclose(found.contact_times, times, rtol=1e-15)
         np.testing.assert_allclose(found.contact_speeds, speeds, rtol=1e-12)
     assert found.frames == times.size + 2
@@ -298,7 +298,7 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range())
     outcome = lammps.run(slower.problem, numerics)
     eta = restitution(outcome.velocities, slower.impact_velocity)
-    # The same steps; the job's table is made for bonds that are watched a little longer.
+    # The steps are the same. The job's table differs, because it covers a slightly longer time.
     assert number(done.stdout, "restitution") == pytest.approx(eta, abs=1e-10)
     assert number(done.stdout, "contacts") == len(outcome.contact_times)
 
@@ -308,9 +308,9 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
 @pytest.mark.parametrize("fields", [SCENES[0], SCENES[1]], ids=["harmonic", "lj"])
 @pytest.mark.slow
 def test_a_job_takes_other_steps_on_request(fields, wall, tmp_path):
-    """The same number as a job that was made with that step, to rounding, and the same dump."""
+    """Require the results of a job that was made with this step, up to rounding, and its dump."""
     scene = Scene(wall=wall, scheme="verlet", timestep=0.0125, **fields)
-    other = 1.0 / 150.0  # 17 digits, of which none may be lost
+    other = 1.0 / 150.0  # a step of 17 digits, none of which may be lost
     write_job(scene, tmp_path / "asked", dump=True)
     write_job(scene.replace(timestep=other), tmp_path / "made", dump=True)
     asked = run_lmp(tmp_path / "asked", "-var", "timestep", repr(other))
@@ -321,7 +321,7 @@ def test_a_job_takes_other_steps_on_request(fields, wall, tmp_path):
     dumps = [Dump(tmp_path / name / "dump.lammpstrj") for name in ("asked", "made")]
     steps = [[frame.step for frame in dump] for dump in dumps]
     assert steps[0] == steps[1]
-    # Another step is another number, which shows that it was obeyed.
+    # A job at another step gives another result, so that the option has an effect.
     usual = number(run_lmp(tmp_path / "made", "-var", "timestep", "0.0125").stdout, "restitution")
     assert abs(usual - number(made.stdout, "restitution")) > 1e-9
 
@@ -373,7 +373,7 @@ def test_no_job_has_a_restitution_for_a_chain_that_flies_away(scheme, tmp_path):
 
 
 def test_a_faster_harmonic_chain_is_refused_without_guards_too(tmp_path):
-    # Its springs may pass through each other, of which LAMMPS says nothing.
+    # Particles of a harmonic chain may pass through each other, which LAMMPS does not report.
     scene = Scene(potential="harmonic", particles=5, velocity=0.1, scheme="verlet")
     write_job(scene, tmp_path)
     done = run_lmp(tmp_path, "-var", "velocity", "0.9")
@@ -383,7 +383,7 @@ def test_a_faster_harmonic_chain_is_refused_without_guards_too(tmp_path):
 
 
 MEDDLING = {
-    # The velocity that the result is divided by is changed, and the one of the chain is not.
+    # This changes the velocity by which the result is divided, but not the velocity of the chain.
     "velocity": (
         "run             0 post no",
         "variable velocity delete\nvariable velocity equal 0.03\n{}",
@@ -396,7 +396,7 @@ MEDDLING = {
 
 @pytest.mark.parametrize("where", MEDDLING)
 def test_what_the_wall_does_not_explain_has_no_restitution(where, tmp_path):
-    # With the event wall LAMMPS itself refuses Langevin's forces, which a step of 0 makes nan.
+    # With the event wall, LAMMPS itself refuses Langevin forces, which are nan for a step of 0.
     wall = "reflect" if "langevin" in MEDDLING[where][1] else "event"
     scene = Scene(potential="harmonic", particles=10, velocity=0.1, wall=wall, scheme="verlet")
     write_job(scene, tmp_path, guards=True)
@@ -431,8 +431,9 @@ def test_what_is_kept_of_a_run_is_a_job(fields, tmp_path):
     assert names == {"in.chain", "chain.data", "scene.toml", "log.lammps"} | table
     done = run_lmp(folder)
     assert done.returncode == 0, done.stdout[-2000:]
-    # The same steps and table where they are Verlet's, and as many force evaluations elsewhere:
-    # an error of Verlet's, below 1e-3 at all of these steps (0.0125 and less; see numerics.md).
+    # For Verlet, steps and table are the same. For other schemes, the number of force evaluations
+    # is the same. The error is then that of Verlet, below 1e-3 at steps of up to 0.0125 (see
+    # numerics.md).
     close = 1e-11 if fields.get("timestep") else 1e-3
     assert number(done.stdout, "restitution") == pytest.approx(result.restitution, abs=close)
     again = Scene.from_file(folder / "scene.toml")

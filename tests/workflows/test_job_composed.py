@@ -37,7 +37,7 @@ SCENES = [
 
 
 def from_python(scene, monkeypatch):
-    """Run the numerics of the job, with its very table, through the engine."""
+    """Run the numerics of the job with its own table in the engine."""
     plan = plan_script(scene)
     monkeypatch.setattr(lammps, "tabulate_near_and_far", lambda *_: plan.table)
     monkeypatch.setattr(lammps, "_unsure_end", lambda *_: 0.0)
@@ -53,7 +53,8 @@ def test_lmp_alone_gives_what_the_engine_gives(fields, tmp_path, monkeypatch):
     assert done.returncode == 0, done.stdout[-2000:]
     assert unexpected_warnings(done.stdout) == []
     outcome = from_python(scene, monkeypatch)
-    # Steps of one size, which end elsewhere before a contact: each is off by its own error.
+    # The steps have the same size but end at other places before a contact. Each result has its own
+    # error.
     error = number(done.stdout, "restitution_error")
     assert number(done.stdout, "restitution") == pytest.approx(outcome.eta, abs=2.0 * error)
     assert error < 1e-3
@@ -66,7 +67,7 @@ TOLERANCES = [
     ({"potential": "lj", "particles": 10, "speed": 0.4}, 1e-8),
     ({"potential": "harmonic", "particles": 20, "velocity": 0.1}, 1e-9),
     ({"potential": "toda", "particles": 5, "speed": 0.8}, 1e-4),  # Verlet steps
-    ({"potential": "log", "particles": 8, "speed": 0.5}, None),  # the default one
+    ({"potential": "log", "particles": 8, "speed": 0.5}, None),  # the default scheme
 ]
 
 
@@ -82,7 +83,7 @@ def test_a_job_proves_its_number(fields, tolerance, tmp_path, monkeypatch):
     assert abs(eta - exact.restitution) <= error + exact.restitution_error
     assert 0.05 * (tolerance or 1e-6) < error <= (tolerance or 1e-6)
     assert eta == pytest.approx(from_python(scene, monkeypatch).eta, abs=2.0 * error)
-    # The scene that lies beside the script takes the same steps, with as many rows.
+    # The scene beside the script has the same steps and the same number of rows.
     again, plan = Scene.from_file(tmp_path / "scene.toml"), plan_script(scene)
     numerics = Numerics.from_scene(again)
     assert (numerics.scheme, numerics.timestep) == (plan.numerics.scheme, plan.numerics.timestep)
@@ -97,8 +98,9 @@ def test_explicit_numerics_are_proved_as_the_engine_proves_them(given, tmp_path)
     scene = Scene(particles=8, speed=0.4, **given)
     write_job(scene, tmp_path)
     printed = number(run_lmp(tmp_path).stdout, "restitution_error")
-    # The tables differ a little, as that of the script must hold the flight after the collision.
-    # Verlet steps are the engine's own; composed ones end elsewhere before a contact.
+    # The tables differ slightly, because the script's table must cover the flight after the
+    # collision. Verlet steps are those of the engine, but composed steps end at other places before
+    # a contact.
     close = 1e-3 if given.get("scheme") != "order6" else 1.0
     assert printed == pytest.approx(collide(scene).restitution_error, rel=close)
 
@@ -111,7 +113,8 @@ def test_the_error_of_a_table_is_printed_without_lammps(style):
     )
     reported = interpolated_force_error(tabulate(scene.bond, (0.9, 1.1), style, 300), scene.bond)
     certified = lammps.run(scene.problem, numerics).details["table"]["force_error"]
-    # Asked at other places: some part of a row nearer to the steep end is much.
+    # The two errors are evaluated at different lengths. Near the steep end, a part of a row
+    # matters.
     assert 0.99 * certified <= reported <= 2.0 * certified
 
 
@@ -137,7 +140,7 @@ def test_another_step_has_an_error_of_its_own(tmp_path):
 
 @pytest.mark.slow
 def test_a_late_contact_interrupts_the_silence(tmp_path):
-    """Without the reference run the Verlet steps of the silence find it, and locate it."""
+    """Without the reference run, require that Verlet steps during the silence find the contact."""
     scene = Scene(particles=28, speed=1.47, tolerance=1e-6)
     plan = plan_script(scene)
     write_job(scene, tmp_path)
@@ -158,18 +161,19 @@ def test_composed_steps_are_dumped_at_their_ends(tmp_path):
     assert done.returncode == 0
     frames = list(Dump(tmp_path / "dump.lammpstrj"))
     times = [float(f.raw_column(f.columns.index("v_time"))[0]) for f in frames]
-    # Up to the last look, at the times of one run alone.
+    # The frames extend to the last check, and come from a single run.
     assert np.all(np.diff(times) > 0.0)
     assert times[-1] > number(done.stdout, "last_contact_time")
     assert max(np.diff(times)[:-1]) < 5 / 8 + 0.2
-    # The last frame is the state whose restitution the log tells: all digits of both are printed.
+    # The log has the restitution of the last frame; each is printed with all digits.
     velocities = frames[-1].raw_column(frames[-1].columns.index("vx")).astype(float)
     eta = (velocities.mean() / scene.impact_velocity) ** 2
     assert eta == pytest.approx(number(done.stdout, "restitution"), rel=1e-14 * len(velocities))
 
 
 def test_the_dump_of_the_default_job_holds_the_whole_collision(tmp_path):
-    # Its last contact is the last but one of the in-house steps: the frame after it must be there.
+    # The last contact is in the last composed step but one. The dump must have a frame after this
+    # contact.
     write_job(Scene(), tmp_path, dump=True)
     done = run_lmp(tmp_path)
     found = analyze_job(find_job(tmp_path), bond=Scene().bond)
@@ -208,7 +212,7 @@ def test_steps_that_are_unstable_at_twice_their_length_are_refused(tmp_path):
     text = (tmp_path / "in.chain").read_text()
     limit = float(re.search(r"\$\{timestep\} >= ([0-9.]+)\)", text)[1])
     heaviest = max(map(abs, map(float, re.findall(r"timestep +\$\(([-0-9.]+)\*v_reach:", text))))
-    # A chain's fastest frequency is 2: Verlet steps of 1 are its limit.
+    # The fastest frequency of a chain is 2, for which Verlet steps must be below 1.
     assert limit == pytest.approx(1.0 / (2.0 * heaviest), rel=1e-12)
     done = run_lmp(tmp_path, "-var", "timestep", str(math.nextafter(limit, 1.0)))
     assert done.returncode == 1

@@ -8,12 +8,12 @@ from chaincor.workflows.errors import ToleranceError, UnsureJobWarning
 from chaincor.workflows.job import job_files, write_job
 from tests.lmp import number, run_lmp
 
-# A piece of the broken chain moves on so slowly that its next contact cannot be ruled out.
+# A piece of the broken chain moves so slowly that a further contact cannot be excluded.
 OPEN = {"potential": "lj", "particles": 30, "speed": 1.37}
 
 
 def longest_bond(table):
-    """Return the last length in the text of a bond table."""
+    """Return the largest length in a bond table."""
     return float([row for row in map(str.split, table.splitlines()) if len(row) == 4][-1][1])
 
 
@@ -24,7 +24,8 @@ def test_a_job_of_unknown_restitution_warns_and_has_a_wider_table():
     assert "# Doubt: the reference engine finds eta" in files["in.chain"]
     loose = job_files(scene.replace(tolerance=0.05))
     assert "Doubt" not in loose["in.chain"]
-    # Pieces part at about v0 = 0.18 and may be followed for two more collisions of 100.
+    # Pieces separate at about v0 = 0.18. They may be followed for two more durations of the
+    # collision, of 100 each.
     assert longest_bond(files["bond.table"]) > longest_bond(loose["bond.table"]) + 10.0
 
 

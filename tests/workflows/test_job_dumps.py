@@ -1,4 +1,4 @@
-"""Test dumps of jobs and of users' runs, with other readers and other files beside them."""
+"""Test dumps of jobs and of users' runs, with other readers and other files beside dumps."""
 
 import json
 import warnings
@@ -36,7 +36,8 @@ def test_other_readers_open_the_dump_of_a_job(kind, tmp_path):
     path = tmp_path / "dump.lammpstrj"
     frames = list(Dump(path))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # guessed masses, no time between frames
+        # MDAnalysis guesses masses, and the dump has no time between frames
+        warnings.simplefilter("ignore")
         universe = MDAnalysis.Universe(
             str(path), format="LAMMPSDUMP", topology_format="LAMMPSDUMP", dt=1.0
         )
@@ -45,12 +46,13 @@ def test_other_readers_open_the_dump_of_a_job(kind, tmp_path):
     assert universe.atoms.n_atoms == scene.problem.all_particles
     for ts, atoms, frame in zip(universe.trajectory, many, frames, strict=True):
         x, low, v = frame.column("x"), frame.bounds[0, 0], frame.column("vx")
-        # MDAnalysis counts from the lower face, in numbers of 24 bits: twice rounded.
+        # MDAnalysis measures from the lower face and rounds twice to 24 bits.
         rounding = 2.0 * float(np.spacing(np.float32(2.0 * abs(low))))
         np.testing.assert_allclose(ts.positions[:, 0] + low, x, rtol=0.0, atol=rounding)
         np.testing.assert_allclose(ts.velocities[:, 0], v, rtol=1e-6, atol=1e-30)
         np.testing.assert_array_equal(atoms.positions[:, 0], x)
-        # ASE takes velocities for Angstrom a picosecond, by one factor.
+        # ASE multiplies all velocities by a constant factor, as if they were in Angstrom per
+        # picosecond.
         speeds = atoms.get_velocities()[:, 0]
         factor = speeds[np.argmax(np.abs(v))] / v[np.argmax(np.abs(v))]
         np.testing.assert_allclose(speeds, factor * v, rtol=1e-9, atol=1e-30)
@@ -58,7 +60,7 @@ def test_other_readers_open_the_dump_of_a_job(kind, tmp_path):
             assert list(frame.column("mol")) == [1.0] * 5 + [2.0] * 3
 
 
-# A user's own run in metal units: springs of 0.1 eV/A^2, 3 A long, before a wall at x = 55.
+# This is a user's run in metal units: springs of 0.1 eV/A^2 and 3 A in front of a wall at x = 55.
 OWN = """
 units metal
 boundary f f f
@@ -102,7 +104,8 @@ def test_wall_side_springs_and_units_are_read_beside_a_dump(tmp_path, chaincor):
         units = UnitSystem(3.0, 40.0, 0.1, "metal")
         assert found["velocity"] == pytest.approx(0.5 / units.speed, rel=1e-12)
         assert found["potential"] == "harmonic"
-    # The script alone says it, too; another face of it is that of the flight.
+    # The script alone also gives this information, and the wall's other face is written
+    # differently.
     (tmp_path / "log.lammps").unlink()
     script = tmp_path / "in.chain"
     script.write_text(script.read_text().replace("xhi 55", "xlo EDGE xhi 55"))

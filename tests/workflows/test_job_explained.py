@@ -1,4 +1,4 @@
-"""Test that the annotated job runs under `lmp` and gives the numbers of the plain job."""
+"""Test that the annotated job runs in `lmp` and gives the results of the plain job."""
 
 import pytest
 
@@ -26,7 +26,7 @@ def test_explaining_changes_no_result(fields, wall, tmp_path):
     assert results(runs[True].stdout) == results(runs[False].stdout)
     assert any(line.startswith("restitution") for line in results(runs[True].stdout))
     said = (tmp_path / "True" / "chain.data").read_text()
-    # Comments are wrapped for a slide.
+    # Comments are wrapped to the width of a slide.
     assert "Without this section the chain would be a gas" in said.replace("\n# ", " ")
 
 

@@ -33,7 +33,7 @@ def test_a_compute_of_ones_own(scheme, tmp_path):
     write_job(scene, tmp_path / "own", template=template, explain=True)
     plain, mine = run_lmp(tmp_path / "plain").stdout, run_lmp(tmp_path / "own").stdout
     total = number(mine, "kinetic_energy") + number(mine, "potential_energy")
-    # The energy that came: the steps keep it to 1e-3 of that, h^2 times a part of it.
+    # The total energy is the initial energy; the steps conserve it to 1e-3, a part of h^2.
     assert total == pytest.approx(2.5 * scene.impact_velocity**2, rel=1e-3)
     for name in ("restitution", "restitution_error"):
         assert number(mine, name) == number(plain, name)
@@ -61,7 +61,7 @@ def test_a_background_that_drags(tmp_path):
         etas[friction] = number(done.stdout, "restitution")
     write_job(VERLET, tmp_path / "plain")
     assert etas["0.0"] == number(run_lmp(tmp_path / "plain").stdout, "restitution")
-    # As long as it is weak, what it takes is in proportion to it.
+    # The loss is proportional to a weak friction.
     lost, twice = (etas["0.0"] - etas[friction] for friction in ("1e-4", "2e-4"))
     assert lost > 1e-4
     assert twice == pytest.approx(2.0 * lost, rel=0.02)

@@ -1,4 +1,4 @@
-"""Test that jobs and dumps in LAMMPS's units give the numbers of the reduced scene."""
+"""Test that jobs and dumps in LAMMPS's units give the results of the reduced scene."""
 
 import json
 
@@ -12,8 +12,8 @@ from chaincor.lammps_inputs.units.unit_system import UnitSystem
 from chaincor.workflows.job import write_job
 from tests.lmp import number, run_lmp, unexpected_warnings
 
-# Like argon: its nearest distance in Angstrom, its mass in g/mol, and 72 epsilon/sigma^2 of it in
-# the units of energy of each style.
+# The units are like argon: its nearest distance in Angstrom, its mass in g/mol, and its 72
+# epsilon/sigma^2 in the energy unit of each style.
 ARGON = UnitSystem(3.822, 39.948, 0.0511, "metal")
 UNITS = [
     ARGON,
@@ -46,7 +46,7 @@ def test_a_job_in_any_units_gives_the_numbers_of_the_reduced_one(units, fields, 
     reduced, done = run_lmp(tmp_path / "reduced").stdout, run_lmp(tmp_path / "job")
     assert done.returncode == 0, done.stdout[-2000:]
     assert unexpected_warnings(done.stdout) == []
-    # The same steps: what differs is rounded, in units of 1e-16 of coordinates up to 6.
+    # The steps are the same. Results differ by rounding, 1e-16 times coordinates up to 6.
     eta = number(reduced, "restitution")
     assert number(done.stdout, "restitution") == pytest.approx(eta, abs=1e-11)
     assert number(done.stdout, "contacts") == number(reduced, "contacts")
@@ -57,7 +57,7 @@ def test_a_job_in_any_units_gives_the_numbers_of_the_reduced_one(units, fields, 
 
 @pytest.fixture(scope="module")
 def argon(tmp_path_factory):
-    """Return the folders of a reduced job and of the same in metal units, both dumped."""
+    """Return the folder with a reduced job and the job in metal units, each with its dump."""
     folder = tmp_path_factory.mktemp("argon")
     scene = Scene(particles=8, speed=0.4, tolerance=1e-10, dump_frames="contacts")
     for name, units in (("reduced", UnitSystem()), ("metal", ARGON)):
@@ -100,7 +100,8 @@ def test_the_dump_of_two_bodies_in_metal_units_is_analysed(tmp_path, chaincor):
         write_job(scene, tmp_path / name, dump=True, units=units)
         assert run_lmp(tmp_path / name).returncode == 0
         found[name] = analyzed(chaincor, tmp_path / name)
-        # Of a run by itself only the format of its dump tells an error: 1e-6 is what is asked.
+        # A single run shows only the error from its dump's format. The comparison uses the
+        # tolerance, 1e-6.
         status, out, err = chaincor("validate", "--against", str(tmp_path / name))
         assert status == 0, out + err
     metal, reduced = found["metal"], found["reduced"]
@@ -122,12 +123,12 @@ def test_the_motion_in_metal_units_is_written_in_the_chains_own(argon, tmp_path,
     for ours, theirs in zip(*motions, strict=True):
         if ours[0] == "Ar":
             numbers = [[float(word) for word in line[1:]] for line in (ours, theirs)]
-            # Units round coordinates up to 8, and steps take these roundings along.
+            # Conversion of units rounds coordinates up to 8, and the steps propagate this rounding.
             assert numbers[1] == pytest.approx(numbers[0], abs=1e-9)
 
 
 def write_others(source, path, digits):
-    """Write the dump as someone else would: towards +x, a wall at 55, ids the other way round."""
+    """Write the dump in another user's form: towards +x, wall at 55, reversed ids."""
     with path.open("w") as file:
         for frame in Dump(source):
             x, v = frame.column("x"), frame.column("vx")
@@ -197,7 +198,7 @@ def test_a_table_of_units_is_checked(table, line):
 
 
 def test_a_file_of_units_without_their_table_is_refused(tmp_path):
-    """Without the word [units] their keys would be passed over, and the units be the chain's."""
+    """Require the table [units], without which the keys would be ignored."""
     path = tmp_path / "units.toml"
     path.write_text('length = 3.822\nmass = 39.948\nstiffness = 0.0511\nstyle = "metal"\n')
     with pytest.raises(SceneError, match=r"has no table \[units\]\. Add \[units\] with length"):
@@ -209,7 +210,7 @@ def test_units_come_from_the_scene_file(chaincor, tmp_path):
     scene.write_text("particles = 4\nscheme = 'order4'\n" + ARGON.to_toml())
     assert chaincor("inputs", str(scene), "-o", str(tmp_path / "job"))[0] == 0
     assert "units           metal" in (tmp_path / "job" / "in.chain").read_text()
-    status, _, err = chaincor("run", str(scene))  # a run has no units
+    status, _, err = chaincor("run", str(scene))  # the run command ignores units
     assert (status, err.count("\n")) == (2, 1)
 
 

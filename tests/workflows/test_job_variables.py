@@ -1,4 +1,4 @@
-"""Test jobs at other velocities, with wider tables, resumed, and on several processes."""
+"""Test jobs at other velocities, with wider tables, after a resume, and on several processes."""
 
 import re
 from pathlib import Path
@@ -35,7 +35,7 @@ def test_a_job_goes_on_in_mid_collision(kind, in_run, tmp_path):
     script = tmp_path / "job" / "in.chain"
     text = script.read_text()
     assert text.count(GO_ON) == 1
-    # Killed right after it wrote its state: in the run of the number, or in one for its error.
+    # The job is killed just after it wrote its state, in the main run or in a run for the error.
     end = "quit" if in_run == 1 else f'if "${{multiple}} != 1.0" then quit\n{GO_ON[10:]}'
     script.write_text(text.replace(GO_ON, f"screen no\n{end}"))
     killed = run_lmp(tmp_path / "job", "-var", "restart", every)
@@ -51,7 +51,7 @@ def test_a_job_goes_on_in_mid_collision(kind, in_run, tmp_path):
         written = (tmp_path / "job" / "contacts.txt").read_text().splitlines()
         assert len(written) == 1 + number(whole.stdout, "contacts")
     for name in names:
-        # Forces after the contact are computed anew, at a place that is moved by rounding.
+        # Forces after the contact are computed again, at positions that differ by rounding.
         expected = number(whole.stdout, name)
         assert number(resumed.stdout, name) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
@@ -94,7 +94,7 @@ def test_a_resumed_job_refuses_another_velocity_and_step(name, tmp_path):
     said = f"BEGUN OTHERWISE: this job goes on with {name} {begun_with}, not with 0.02: leave"
     assert said in refused.stdout
     assert "restitution =" not in refused.stdout
-    # The files are as they were, and what it was begun with may be said again.
+    # The files are unchanged, and the original value may be given again.
     resumed = run_lmp(tmp_path, "-var", "resume", "1", *begun)
     assert number(resumed.stdout, "restitution") == pytest.approx(
         number(whole.stdout, "restitution"), rel=1e-12
@@ -108,7 +108,7 @@ def test_a_report_that_was_printed_before_a_job_was_stopped_is_named(tmp_path):
     write_job(scene, tmp_path, template=OwnTemplate(f"{base}\n{report}\n"), restartable=True)
     whole = run_lmp(tmp_path, "-var", "restart", "1")
     assert "mine = 1" in whole.stdout
-    resumed = run_lmp(tmp_path, "-var", "resume", "1")  # in the last of its runs
+    resumed = run_lmp(tmp_path, "-var", "resume", "1")  # in the last run of the job
     assert resumed.returncode == 0
     assert "mine = 1" not in resumed.stdout
     assert re.search("^NO REPORT: the lines of the template were", resumed.stdout, re.MULTILINE)
@@ -129,7 +129,7 @@ def test_files_of_different_contacts_are_refused(tmp_path):
 
 @pytest.mark.slow
 def test_one_job_serves_ten_velocities(tmp_path):
-    """Within bars of their own, also faster ones than the job's, as far as its table reaches."""
+    """Require valid error bars, also at higher velocities, within the range of the job's table."""
     scene = Scene(particles=4, speed=0.3, tolerance=1e-7)
     write_job(scene, tmp_path, table_range=(0.9, 1.2), guards=True)
     fastest = float(re.search(r'velocity\} > (\S+)" then', (tmp_path / "in.chain").read_text())[1])
@@ -170,13 +170,13 @@ def test_two_processes_give_the_same(tmp_path):
     mpiexec = Path(LMP).with_name("mpiexec")
     if not mpiexec.exists():
         pytest.skip("no mpiexec beside lmp")
-    # Few steps: processes that wait for each other burn the cores that the others need.
+    # The job has few steps, because waiting processes keep cores busy.
     scene = Scene(particles=4, speed=0.4, scheme="verlet", timestep=0.2, error=False)
     write_job(scene, tmp_path)
     alone = run_lmp(tmp_path)
     done = run_lmp(tmp_path, starter=(mpiexec, "-n", "2"))
     assert done.returncode == 0, done.stdout[-2000:]
     for name in ("restitution", "contacts", "last_contact_time"):
-        # Forces and sums are added up in another order.
+        # Two processes add up forces in another order.
         expected = number(alone.stdout, name)
         assert number(done.stdout, name) == pytest.approx(expected, rel=1e-12)

@@ -13,7 +13,7 @@ large = Scene(particles=30000, engine="reference")
 before = collide(small).restitution
 """
 
-# Far longer than the test waits. Workers have compiled code to load before they begin.
+# The cells take far longer than the test. Workers must load compiled code before they begin.
 CELLS = {
     "collide": "print('BEGINS', flush=True); collide(large)",
     "collide a list": "print('BEGINS', flush=True); "
@@ -34,7 +34,7 @@ def kernel():
 
 
 def stop_in_the_middle(kernel, cell):
-    """Run a cell, press stop some time after it says BEGINS, and return its reply."""
+    """Run a cell, press stop some time after it prints BEGINS, and return its reply."""
     manager, client = kernel
     client.execute(cell)
     said = ""
@@ -51,7 +51,7 @@ def stop_in_the_middle(kernel, cell):
 def test_stop_ends_the_cell_and_the_kernel_goes_on(kernel, cell):
     reply = stop_in_the_middle(kernel, CELLS[cell])
     assert (reply["status"], reply["ename"]) == ("error", "KeyboardInterrupt")
-    # The lines of the cell and of the function called, and the heads of both.
+    # The traceback has the lines of the cell and of the called function, with a heading for each.
     assert len(reply["traceback"]) <= 5
     client = kernel[1]
     while True:

@@ -1,4 +1,4 @@
-"""Test the findings of doctor, and the remedy for a missing part."""
+"""Test the findings of doctor, and its remedy for a missing library."""
 
 from dataclasses import asdict
 
@@ -62,7 +62,7 @@ def test_a_wrong_number_is_a_finding(monkeypatch):
     ],
 )
 def test_a_lammps_that_takes_all_memory_or_time_is_a_finding(module, said, tmp_path, monkeypatch):
-    # Limits hold for a process of its own: this one, and the machine, go on.
+    # The limits apply only to a child process.
     (tmp_path / "lammps.py").write_text(module)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     monkeypatch.setattr(machine, "_MOST_SECONDS", 1 if "sleep" in module else 60)

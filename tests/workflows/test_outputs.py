@@ -17,7 +17,7 @@ IN_HOUSE = BY_LAMMPS.replace(engine="reference")
 @pytest.mark.parametrize(("scene", "key"), [(BY_LAMMPS, "dump"), (IN_HOUSE, "arrays")])
 def test_the_same_run_replaces_its_file_and_no_other_kind(tmp_path, scene, key):
     path = tmp_path / "out"
-    path.touch()  # an empty file holds nothing that could be lost
+    path.touch()  # nothing is lost if an empty file is replaced
     collide(scene.replace(**{key: path}))
     first = path.read_bytes()
     collide(scene.replace(**{key: path}, velocity=0.2))
@@ -69,7 +69,7 @@ def test_films_are_distinguished(tmp_path, name, other, own):
 
 
 def test_a_device_is_no_file_to_be_replaced(tmp_path):
-    # As root, /dev/null would become a file.
+    # Otherwise, root would replace /dev/null by a file.
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     with pytest.raises(InputError, match="because it is a device"), written_aside(pipe):

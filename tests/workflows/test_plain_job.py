@@ -1,4 +1,4 @@
-"""Test that the shortest script gives the engine's number in LAMMPS."""
+"""Test that the shortest script gives the engine's result in LAMMPS."""
 
 import pytest
 
@@ -35,13 +35,13 @@ def test_lmp_alone_gives_the_number_of_the_stock_wall(tmp_path, name):
     given = Scene.from_file(tmp_path / "scene.toml")
     assert (given.wall, given.scheme) == ("reflect", "verlet")
     engine = collide(given)
-    # The same steps from the same table: what differs is the text of numbers, and the order in
-    # which a thousand kicks are added.
+    # Steps and table are the same. Differences come from the text form of numbers, and from the
+    # order in which a thousand kicks are added.
     assert run_alone(tmp_path) == pytest.approx(engine.restitution, abs=1e-9)
 
 
 def test_warm_bonds_stay_in_their_table(tmp_path):
-    # What the stock wall gets wrong sends them farther than the reference run has seen.
+    # Errors of the stock wall stretch the bonds beyond the range of the reference run.
     scene = Scene(particles=20, speed=0.3, temperature=1e-3, seed=1)
     write_job(scene, tmp_path, plain=True)
     assert 0.0 < run_alone(tmp_path) < 1.0
@@ -50,8 +50,8 @@ def test_warm_bonds_stay_in_their_table(tmp_path):
 def test_another_step_from_the_command_line(tmp_path):
     write_job(SCENES["harmonic"], tmp_path, plain=True)
     exact = collide(SCENES["harmonic"].replace(engine="reference")).restitution
-    # First order, with a factor of either sign: at a hundredth of the step a hundredth is left of
-    # the most that it was.
+    # The error is of first order, with a factor of either sign. A hundredth of the step therefore
+    # has at most a hundredth of the largest error.
     coarse = max(abs(run_alone(tmp_path, "-var", "timestep", f"{h}") - exact) for h in (0.05, 0.06))
     fine = abs(run_alone(tmp_path, "-var", "timestep", "0.0005") - exact)
     assert fine < 0.1 * coarse
@@ -62,7 +62,7 @@ def test_units_of_a_scene(tmp_path):
     write_job(SCENES["harmonic"], tmp_path / "units", plain=True, units=units)
     write_job(SCENES["harmonic"], tmp_path / "plain", plain=True)
     numbers = [run_alone(tmp_path / name) for name in ("units", "plain")]
-    # Roundings of other numbers, which nothing amplifies in a harmonic chain.
+    # Numbers in other units round differently, which a harmonic chain does not amplify.
     assert numbers[0] == pytest.approx(numbers[1], abs=1e-9)
 
 
@@ -73,7 +73,7 @@ def test_every_command_is_explained(name):
         for explain in (False, True)
     )
     assert commands(explained) == commands(plain)
-    # Two pages of paper, and two minutes aloud at 150 words a minute.
+    # The text fits on two pages and takes two minutes to read aloud at 150 words per minute.
     assert len(explained.splitlines()) <= 80
     said = [line for line in explained.splitlines() if line.startswith("#")]
     assert len(" ".join(said).replace("#", "").split()) <= 300

@@ -26,9 +26,9 @@ COMMANDS = [
     SINGLE,
     RESTART,
 ]
-# A label is followed by two spaces or more, or is one word before a colon.
+# At least two spaces follow a label, or the label is a single word before a colon.
 _LABEL = re.compile(r"^([a-z_][\w ]*?(?= {2,})|[a-z_]+(?=: ))")
-# Quantities of LAMMPS, which its manual explains, names of files and of the variable.
+# Quantities of LAMMPS, which its manual explains, and names of files and of the variable.
 _OTHERS = re.compile(r"(etotal|temp|pe|press|timestep|in\.x|.*\.table|page).*")
 
 

@@ -32,7 +32,7 @@ def test_identities(result):
     assert result.contact_speeds[0] == pytest.approx(v0, rel=1e-15)
     assert result.momentum_residual <= 1e-12
     assert result.speed == pytest.approx(0.4, rel=1e-12)
-    # Mode 0 is the translation: its energy is n times half the squared mean velocity.
+    # Mode 0 is the translation. Its energy is n times half the squared mean velocity.
     assert result.mode_energies[0] == pytest.approx(0.5 * n * v0**2 * result.restitution, rel=1e-12)
     assert len(result.mode_energies) == n
 
@@ -67,7 +67,7 @@ def test_a_result_is_frozen(result):
 
 
 def test_the_file_holds_the_arrays_and_nothing_else(result, tmp_path, monkeypatch):
-    # As NumPy did before 2.1: whatever is given by name is an array.
+    # The stand-in acts like NumPy before 2.1, which saves every keyword argument as an array.
     asked = {}
     monkeypatch.setattr(np, "savez_compressed", lambda _file, **arrays: asked.update(arrays))
     result.save_arrays(tmp_path / "a.npz")

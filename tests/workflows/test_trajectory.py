@@ -32,14 +32,14 @@ def test_the_motion_is_that_of_the_result(result):
     states = result.trajectory(100)
     n, v0 = result.particles, result.velocity
     first, last = states[0], states[-1]
-    # Where LAMMPS's own wall reflects, the first state is that after its first step.
+    # With LAMMPS's own wall, the first state is that after the first step.
     assert first.time == (result.timestep if result.wall == "reflect" else 0.0)
     np.testing.assert_allclose(first.displacements, 0.0, atol=1.1 * first.time * v0 + 1e-14)
     assert result.last_contact_time < last.time <= 1.15 * result.last_contact_time + 2.001
     assert 20 < len(states) <= 100
-    # The same steps give the same momentum, but for the rounding of sums of n v0, for when LAMMPS
-    # takes particle 1 to be at the wall, within 1e-12, which is 1e-12/v0 in time, at each contact,
-    # and for a table that may reach farther, whose error is in the bar.
+    # The same steps give the same momentum, up to three errors. Sums of n v0 round. At each
+    # contact, LAMMPS locates particle 1 at the wall within 1e-12, or 1e-12/v0 in time. The table
+    # may have a wider range, whose error is in the error bar.
     eta = (np.mean(last.velocities) / v0) ** 2
     at_wall = result.contacts * 1e-12 / v0 if result.engine == "lammps" else 0.0
     off = 1e-12 * n + at_wall + result.error_parts.table
@@ -50,7 +50,8 @@ def test_ase(result):
     atoms = result.to_ase(100)
     states = result.trajectory(100)
     assert len(atoms) == len(states)
-    # The collision starts with the energy n v0^2/2; drift is that of the run, at its coarsest.
+    # The collision starts with the energy n v0^2/2. The tolerance is the largest energy error of
+    # these runs.
     start = 0.5 * result.particles * result.velocity**2
     bar = 1e-2 if result.wall == "reflect" else 2e-3 if result.scheme == "verlet" else 1e-6
     for frame, state in zip(atoms, states, strict=True):
@@ -77,7 +78,7 @@ def test_forces_are_the_slope_of_the_energy():
         moved[0][i] -= h
         moved[1][i] += h
         low, high = (float(np.sum(bond.energy(np.diff(x) - 1.0))) for x in moved)
-        # Central differences: h^2 U''''/6, some 1e-9 here, and rounding of 1e-17/h.
+        # Central differences have errors of h^2 U''''/6, some 1e-9 here, and rounding of 1e-17/h.
         assert atoms.get_forces()[i, 0] == pytest.approx(-(high - low) / (2.0 * h), abs=1e-8)
 
 

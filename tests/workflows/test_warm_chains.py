@@ -34,7 +34,8 @@ def test_both_engines_and_the_judge_agree(fields):
     ours, theirs = stepping.run(scene.problem, SHARP), lammps.run(scene.problem, SHARP)
     judged = judge_scene(scene, 1e-9).seen
     assert len(ours.contact_times) == len(theirs.contact_times) == judged.contacts
-    # Steps of order 8 of a twentieth of the fastest period: about (0.05/0.2)^8 of what 0.2 does.
+    # The steps of order 8 are so short that their error is about (0.05/0.2)^8 times that at step
+    # 0.2.
     assert ours.eta == pytest.approx(judged.restitution, rel=1e-8)
     assert theirs.eta == pytest.approx(judged.restitution, rel=1e-8)
     assert ours.energy_end == pytest.approx(ours.energy_start, rel=1e-9)
@@ -50,12 +51,12 @@ def test_the_number_tends_to_the_cold_one(potential):
     cold = collide(scene).restitution
     off = []
     for temperature in (1e-8, 1e-12, 1e-16):
-        # Differences are of order v_thermal/v0, and follow it while contacts stay as they are.
+        # Differences are about v_thermal/v0 as long as the sequence of contacts does not change.
         thermal = math.sqrt(temperature) / scene.impact_velocity
         warm = [collide(scene.replace(temperature=temperature, seed=s)) for s in (1, 2)]
         off.append(max(abs(result.restitution - cold) for result in warm))
         assert off[-1] < 10.0 * thermal + 2e-10
-    assert off[0] > 1e-7  # and yet it is another one
+    assert off[0] > 1e-7  # and yet eta differs
 
 
 def test_a_warm_chain_may_come_back_faster_than_it_came(chaincor):
@@ -69,7 +70,7 @@ def test_a_warm_chain_may_come_back_faster_than_it_came(chaincor):
     assert (found["temperature"], found["seed"]) == (0.01, 2)
     assert found["details"]["draw"]["generator"] == "PCG64"
     assert found["details"]["draw"]["gap"] > 0.0
-    # It came with n v0^2/2 and with heat, and no more than both went back.
+    # The chain arrives with n v0^2/2 and heat, whose sum is conserved.
     before = 0.5 * 10 * 0.01**2
     assert found["translational_energy"] == pytest.approx(found["restitution"] * before)
     heat = Scene.from_toml(
@@ -82,19 +83,20 @@ def test_a_warm_chain_may_come_back_faster_than_it_came(chaincor):
 
 @pytest.mark.slow
 def test_a_slow_chain_is_waited_for():
-    # Its first contact hardly slows it down: it is at the wall again after 168, of which sound
-    # needs 20 to cross the chain and come back.
+    # The first contact hardly changes the chain's velocity. The next contact comes after 168 time
+    # units; the round trip of sound takes only 20.
     scene = Scene(potential="toda", particles=10, velocity=0.01, temperature=0.01, seed=2)
     steps = Numerics(scheme="order8", timestep=0.05)
     for outcome in (stepping.run(scene.problem, steps), lammps.run(scene.problem, steps)):
         assert len(outcome.contact_times) == 2
-        # Errors grow meanwhile: those of the steps, and of the table of bonds.
+        # Errors of the steps and of the bond table grow during this time.
         assert outcome.contact_times[-1] == pytest.approx(168.5184, abs=0.1)
         assert outcome.ending.kind == "proved"
 
 
 def test_steps_of_high_order_are_taken_where_flights_amplify_errors():
-    # Verlet steps, usually the cheapest for 1e-3, cost twenty times as much as those of order 8.
+    # Verlet steps are usually the cheapest for 1e-3. Here, they cost twenty times as much as steps
+    # of order 8.
     scene = Scene(potential="toda", particles=10, velocity=0.01, temperature=0.01, seed=2)
     assert LammpsSearch(scene.problem, 1e-3, 0.0).numerics.scheme in ("order6", "order8")
     cold = Scene(potential="toda", particles=10, velocity=0.01)
@@ -102,7 +104,8 @@ def test_steps_of_high_order_are_taken_where_flights_amplify_errors():
 
 
 def test_lammps_refuses_what_it_cannot_place():
-    # Bonds of springs get shorter than nothing at the root of their energy: 1 in 300 at T = 0.1.
+    # Harmonic bonds may have negative lengths, because the energy at length 0 is finite: 1 in 300
+    # at T = 0.1.
     scene = Scene(potential="harmonic", particles=400, velocity=0.1, temperature=0.15)
     assert np.min(scene.line.strains[1:]) < -1.0
     assert collide(scene.replace(engine="reference", particles=60)).crossed

@@ -19,8 +19,8 @@ from chaincor.workflows.validation.comparison import validate
 from tests.lmp import number, run_lmp
 
 WARM = Scene(potential="toda", particles=8, velocity=0.05, temperature=0.01, seed=2)
-# What LAMMPS prints of its state and what it holds differ by their last digits, for which a few
-# contacts stand; and times of steps, of which the driver has the exact ones.
+# The state that LAMMPS prints differs from its internal state in the last digits, which a few
+# contacts amplify. Times of steps also differ: only the driver has exact times.
 SAME = 1e-9
 
 
@@ -46,12 +46,12 @@ def test_lmp_alone_gives_what_python_gives(bodies, tmp_path):
     driven = lammps.run(scene.problem, Numerics(scheme="verlet", timestep=0.01))
     assert number(done.stdout, "restitution") == pytest.approx(driven.eta, abs=SAME)
     assert number(done.stdout, "contacts") == len(driven.contact_times)
-    # The drawn state is in the data file, so that another velocity is another draw.
+    # The data file has the drawn state, which belongs to this velocity.
     refused = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
     assert "OTHER VELOCITY" in refused.stdout
     found = analyze_job(find_job(tmp_path / "job"))
     if found.target is not None:
-        # The first frame is that of the draw.
+        # The first frame is the drawn state.
         assert found.mode_energies_start == pytest.approx(chain_modes(scene), rel=1e-9, abs=1e-15)
         assert found.target.mode_energies_start[0] == pytest.approx(0.0, abs=1e-20)
         assert np.sum(found.target.mode_energies_start) > 1e-3
@@ -89,7 +89,7 @@ def test_without_its_bond_nothing_is_known_of_what_a_warm_chain_may_gain(tmp_pat
     assert found.restitution > 1.0
     assert found.restitution_bound is None
     assert found.contradictions == ()
-    # Taken for faster than it was, its first frame is no start.
+    # With another impact velocity, the first frame is not taken for the start.
     late = analyze_frames(Dump(path), Known(impact_velocity=0.04, bond=WARM.bond))
     assert late.contacts is None
 

@@ -52,7 +52,7 @@ def test_files_of_another_kind_stay(tmp_path, chaincor, make_attempt, command, n
     assert (status, error.count("\n"), other.read_text()) == (2, 1, "mine")
     assert "holds something else" in error
     other.unlink()
-    for _ in range(2):  # its own it replaces
+    for _ in range(2):  # a command replaces its own output
         assert run() == (0, "")
 
 
@@ -138,7 +138,7 @@ def test_a_saved_job_that_was_edited_stays(tmp_path, chaincor):
     run = ("run", "--potential", "harmonic", "--particles", "2", "--velocity", "0.1", "--save", job)
     assert chaincor(*run)[0] == 0
     assert chaincor(*run)[0] == 0
-    # LAMMPS writes its log anew whenever the job is run.
+    # LAMMPS replaces its log whenever the job is run.
     (job / "log.lammps").write_text("LAMMPS\n")
     assert chaincor(*run)[0] == 0
     edited = (job / "in.chain").read_text() + "# mine\n"

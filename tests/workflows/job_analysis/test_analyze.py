@@ -1,4 +1,4 @@
-"""Test that Python analyses a job's dump as the command does."""
+"""Test that the Python function and the command analyse a job's dump equally."""
 
 import json
 
@@ -27,7 +27,7 @@ def test_it_is_what_the_command_prints(chaincor, folder):
     status, out, _ = chaincor("analyze", str(folder), "--json")
     assert status == 0
     printed, analysed = json.loads(out), json.loads(json.dumps(to_json_object(found)))
-    # What every object says of itself is the command's.
+    # Only the command adds the keys that every object has.
     assert {key: printed[key] for key in analysed} == analysed
     assert set(printed) - set(analysed) == {"schema", "versions", "processor", "scene"}
 
@@ -36,7 +36,7 @@ def test_an_analysis_shows_itself_in_three_lines(folder):
     found = analyze(str(folder), dump=str(folder / "chain.dump"), velocity=0.1)
     first, second, third = repr(found).splitlines()
     assert first.startswith("6 particles, harmonic bonds, v0 = 0.1, ")
-    # The digits that the dump's own error, or 1e-12, leaves.
+    # The tolerance is the dump's own error, or 1e-12.
     shown = second.split()[2]
     assert float(shown) == pytest.approx(found.restitution, abs=max(found.data_error, 1e-12))
     assert len(shown) <= len("0.1234567890123")
@@ -46,7 +46,7 @@ def test_an_analysis_shows_itself_in_three_lines(folder):
 def test_a_dump_that_begins_right_after_two_bodies_met(tmp_path):
     scene = HARMONIC.replace(target_particles=3)
     run = collide(scene.replace(dump=tmp_path / "chain.dump"))
-    # The first frame of the reference engine is that after the first contact.
+    # The first frame of the reference engine is after the first contact.
     for beside in (False, True):
         if beside:
             (tmp_path / "scene.toml").write_text(scene.to_toml())

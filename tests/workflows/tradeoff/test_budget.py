@@ -1,4 +1,4 @@
-"""Test the runs that lack one source of error, and the budget from them."""
+"""Test the runs without one source of error, and the error budget from these runs."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,8 @@ def test_exact_bonds_agree_with_a_spline_table_of_many_rows(scheme):
     numerics = Numerics(scheme=scheme, timestep=0.05, bond_range=(0.9, 1.2))
     outcome = lammps.run(SCENE.problem, numerics)
     exact = restitution_with_exact_bonds(SCENE, numerics, outcome)
-    # The certified force error, 3e-14, over v0 = 0.05 and some tens of time units.
+    # The tolerance is the certified force error, 3e-14, divided by v0 = 0.05, times some tens of
+    # time units.
     assert outcome.eta == pytest.approx(exact, abs=1e-10)
 
 
@@ -46,8 +47,8 @@ def test_wider_floats_take_the_same_steps(potential, scheme):
     numerics = Numerics(scheme=scheme, timestep=0.1)
     outcome = lammps.run(scene.problem, numerics)
     smooth = restitution_without_rounding(scene, numerics, outcome)
-    # Coordinates of 6 rounded to 1e-15, over v0 = 0.03 and some hundred steps; the error of the
-    # steps themselves, which both have, is 1e-8 and more.
+    # The tolerance is the rounding of coordinates of 6, 1e-15, divided by v0 = 0.03, in some
+    # hundred steps. The error of the steps, which is common to both runs, is at least 1e-8.
     assert outcome.eta == pytest.approx(smooth, abs=1e-11)
 
 
@@ -80,7 +81,7 @@ def test_the_stock_recipes_error_is_the_walls(reference_value):
     numerics = Numerics(wall="reflect", scheme="verlet", timestep=0.005, bond_range=(0.9, 1.2))
     budget = measure_budget(reference_value, "stock", numerics, phases=4, oracle_seconds=0.0)
     assert budget.wall > 10.0 * abs(budget.total - budget.wall)
-    # No time for the slow oracles: said, not guessed.
+    # Without time for the slow oracles, their parts are unknown.
     assert budget.table is None
     assert budget.integrator is None
     assert budget.rounding is None
@@ -90,7 +91,8 @@ def test_six_digits_cost_more_than_seventeen():
     outcome = lammps.run(SCENE.problem, Numerics(scheme="order6", timestep=0.1))
     eta = outcome.eta
     assert printed_restitution(SCENE, outcome, "%.17g") == eta
-    # Half of the sixth digit of velocities about v0, relative, twice as eta is a square.
+    # The error is half a unit of the sixth digit of velocities near v0, relative, times two because
+    # eta is a square.
     assert 0.0 < abs(printed_restitution(SCENE, outcome, "%g") - eta) < 2e-5
 
 
@@ -105,7 +107,7 @@ def test_errors_of_tables_fall_with_their_rows_and_with_a_narrower_range(referen
     }
     narrow = points["linear", "scene", 1001].force_error
     wide = points["linear", "wide", 1001].force_error
-    # Linear interpolation errs by U''' times the spacing squared over 8.
+    # Linear interpolation has an error of U''' times the squared spacing divided by 8.
     assert points["linear", "scene", 101].force_error == pytest.approx(100 * narrow, rel=0.3)
     ratio = (1.0 / np.ptp(reference_value.bond_range)) ** 2
     assert wide > ratio * narrow

@@ -1,4 +1,4 @@
-"""Test that figures of the study show the measured values, and that nothing covers them."""
+"""Test that figures of the study show the measured values, and that nothing covers the values."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from chaincor.workflows.tradeoff.settings import Measurement, Setting
 
 
 def measured(series, *errors):
-    """Return a measurement for each error, of two runs between which it is the rms error."""
+    """Return a measurement for each error, with two runs that have this rms error."""
     return [
         Measurement(
             Setting(*series, 1.0 / (k + 1)),

@@ -74,7 +74,8 @@ def study():
 def test_the_cheapest_setting_of_each_decade_keeps_it(study):
     rows = cheapest_settings(SCENE, study, "lammps")
     promises = promised_errors(study)
-    # 20 times 1e-9 is the best promise of LAMMPS here: 1e-7 is the last decade.
+    # The smallest error that LAMMPS promises here is 20 times 1e-9, so that 1e-7 is the last
+    # decade.
     assert [row.error for row in rows] == pytest.approx([10.0**-k for k in range(2, 8)])
     assert all(promises[row.setting] <= row.error for row in rows)
     steps = [row.setting.timestep for row in rows]
@@ -89,7 +90,7 @@ def test_rows_carry_over_to_other_scenes_by_the_fastest_bond(study):
     ratio = time_unit(hard, "event") / time_unit(soft, "event")
     assert ratio < 0.7
     assert numerics_in(hard, row).timestep / numerics_in(soft, row).timestep == pytest.approx(ratio)
-    # Slow chains drown in the rounding of LAMMPS's coordinates: nobody can promise more.
+    # For slow chains, rounding of LAMMPS's coordinates limits the promise.
     slow = Scene(speed=1e-8)
     assert promised_in(SCENE, row) == row.error
     assert promised_in(slow, cheapest_settings(SCENE, study, "lammps")[-1]) > 1e-7
@@ -113,7 +114,7 @@ def test_advice_tells_of_steps_that_only_a_tolerance_can_choose(study):
     assert advise_setting(SCENE, rows, 1e-8).endswith("; --tolerance 1e-08 may reach it")
     chosen = collide(SCENE.replace(particles=5), tolerance=1e-8)
     assert chosen.scheme == "extrapolated12"
-    # Slow chains, whose rounding they would amplify, are not given them.
+    # Slow chains do not get extrapolated steps, which would amplify rounding.
     slow = Scene(speed=1e-5)
     assert advise_setting(slow, rows, 1e-8).endswith("1e-08 (reached: 1e-07)")
     assert collide(slow.replace(particles=5), tolerance=1e-8).scheme != "extrapolated12"

@@ -1,4 +1,4 @@
-"""Test the settings of a study, and how their steps carry over to other scenes."""
+"""Test the settings of a study, and the conversion of their steps to other scenes."""
 
 import pytest
 
@@ -56,5 +56,6 @@ def test_phases_are_nearby_steps():
     assert first.timestep == 0.005
     assert last.timestep == pytest.approx(0.0049)
     assert first.wall == "reflect"
-    # Linear tables are compared at a force error in units of the speed, whatever the range.
+    # Linear tables are compared at a force error in units of the speed, which does not depend on
+    # the range.
     assert first.force_error == pytest.approx(1e-7 * LJ.impact_velocity)

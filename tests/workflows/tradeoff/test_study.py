@@ -22,8 +22,8 @@ def heard():
 @pytest.fixture(scope="module")
 def study(heard):
     scene = Scene(particles=5, tolerance=1e-7, engine="reference")
-    # A study leaves out what its time does not allow. What a busy machine would leave out is not
-    # what is looked at here: an idle one needs two seconds, this one gets ten minutes.
+    # A study leaves out settings for which it has no time. An idle machine needs two seconds. The
+    # study here gets ten minutes, so that a busy machine leaves out nothing.
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study_module, "QUICK", (600.0, 600.0))
         return tradeoff(scene, quick=True, progress=lambda *said: heard.append(said))
@@ -67,7 +67,7 @@ def test_steps_of_order_eight_converge_as_they_should(study):
     }
     steps = sorted(errors, reverse=True)
     slope = math.log2(errors[steps[1]] / errors[steps[2]])
-    # Contacts come at other phases at each step: the order shows to within two.
+    # Contacts have other phases at each step, so that the slope gives the order within two.
     assert 6.0 < slope < 10.5
 
 
@@ -77,7 +77,7 @@ def test_the_advice_is_for_the_scenes_tolerance(study):
     text = describe_study(study)
     assert f"advice: {study.advice}" in text
     assert max(map(len, text.splitlines())) <= 100
-    # The engine and the numerics of the scene are the study's own business.
+    # The study chooses engine and numerics, so that its scene has none.
     assert study.scene == bare_scene(Scene(particles=5))
 
 
@@ -86,7 +86,7 @@ def test_files_hold_what_was_measured(study, tmp_path):
     write_study(study, tmp_path / "out")
     plain = json.loads((tmp_path / "out" / "tradeoff.json").read_text())
     measured = json.loads(json.dumps(to_dict(study), allow_nan=False))
-    # What every object says of itself is the file's.
+    # Only the file has the keys that every object has.
     assert {key: plain[key] for key in measured} == measured
     assert set(plain) - set(measured) == {"schema", "processor", "scene"}
     assert plain["versions"]["lammps"]

@@ -1,4 +1,4 @@
-"""Test a user's integrator of two bodies, which gets one line of particles."""
+"""Test a user's integrator of two bodies, which receives a single line of particles."""
 
 import json
 
@@ -11,8 +11,8 @@ from chaincor.workflows.tradeoff.study import tradeoff
 from chaincor.workflows.validation.user_comparison import validate_user
 from chaincor.workflows.validation.user_integrator import UserIntegratorError, run_user_integrator
 
-# Velocity Verlet over the whole line. A hard contact takes place where the gap closes within a
-# step, at the time that is found by halving; a soft one is one more force.
+# These integrators take velocity Verlet steps of the whole line. If the gap closes within a step,
+# bisection finds the time of a hard contact. A soft contact is a further force.
 MODULE = """
 import numpy as np
 
@@ -95,10 +95,10 @@ def folder(tmp_path, monkeypatch):
 )
 @pytest.mark.slow
 def test_another_integrator_agrees(scene):
-    # Verlet at 2e-3: h^2 is 4e-6, and its factor is below 1 for so few particles.
+    # For Verlet at 2e-3, h^2 is 4e-6. For so few particles, the error is below h^2.
     found = validate_user(scene, "mine:verlet", tolerance=4e-6)
     assert found.agrees, found
-    # Its velocities are those of a later moment: shown, not judged.
+    # The final velocities belong to a later time. They are shown but not judged.
     shown = {each.quantity: each.allowed for each in found.comparisons}
     assert ("target_velocities" in shown) == (scene.target_particles is not None)
     assert shown.get("target_velocities") is None

@@ -16,8 +16,8 @@ from chaincor.workflows.validation.comparison import validate
 from chaincor.workflows.validation.grid import grid_around
 from chaincor.workflows.validation.user_comparison import validate_user
 
-# An integrator of a user's own, in a module that the child process imports: the in-house steps,
-# which can be spoilt.
+# A user's integrator in a module that the child process imports. It takes the reference engine's
+# steps, which a test may spoil.
 MODULE = """
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
@@ -73,13 +73,14 @@ def test_both_engines_agree_in_every_quantity(scene):
         "restitution", "contacts", "contact_times", "contact_speeds", "velocities",
         "mode_energies", "fragments", "bond_min", "bond_max",
     }  # fmt: skip
-    # All of them judged, none by a bar so wide that it says nothing; bonds are seen at steps.
+    # All quantities are judged, within narrow limits. Limits of bond lengths are wider, because
+    # bonds are sampled at steps.
     for each in found.comparisons:
         assert 0.0 <= each.allowed < (0.1 if each.quantity.startswith("bond") else 1e-4)
 
 
 def test_bonds_are_compared_within_what_steps_leave_unseen():
-    # In-house steps of 0.64 miss a tenth of the longest bond's strain.
+    # Steps of 0.64 in the reference engine miss a tenth of the longest bond's strain.
     found = validate(Scene(potential="toda", particles=6, speed=0.049, tolerance=1e-3))
     assert found.agrees, found
     (longest,) = (each for each in found.comparisons if each.quantity == "bond_max")
@@ -87,8 +88,9 @@ def test_bonds_are_compared_within_what_steps_leave_unseen():
 
 
 def test_the_stock_wall_is_distinguished():
-    # Its contacts are not located: their times are wrong by parts of a step, the bar of which is
-    # the difference to half the step. Within such bars it may agree, but not with those of eta.
+    # The stock wall does not locate contacts, so that times have errors of parts of a step. Their
+    # error bar is the difference to half the step. Within such bars, results may agree, but not
+    # within the bars of exact contacts.
     found = validate(SCENE.replace(tolerance=None, wall="reflect", timestep=0.005))
     exact = validate(SCENE)
     difference = {each.quantity: each.difference for each in found.comparisons}
@@ -108,7 +110,8 @@ def test_a_users_integrator_that_is_right(users_module):
 @pytest.mark.parametrize("wrong", ["long_steps", "off_by_a_millionth"])
 @pytest.mark.slow_cases
 def test_a_users_integrator_that_is_wrong(users_module, wrong):
-    # A force off by 1e-6 is a speed off by 5e-7, and eta falls by about 0.2 per v*: 4e-8 here.
+    # A relative error of 1e-6 in the force acts like one of 5e-7 in the speed. eta falls by about
+    # 0.2 per v*, which gives 4e-8 here.
     found = validate_user(SCENE, f"mine:{wrong}")
     assert not verdicts(found)["restitution"]
     assert not found.agrees
@@ -126,7 +129,7 @@ def test_the_grid_has_bodies_of_every_kind_that_numerics_allow():
     kinds = [set(given_bodies(scene)) for scene in grid_around(SCENE)]
     every = {"masses", "target_particles", "target_masses", "contact", "compression"}
     assert set().union(*kinds) == every | {"temperature"}
-    # The stock wall is rigid and hard; an integrator of one's own may know chains and walls only.
+    # The stock wall is rigid and hard. A user's integrator may support only chains at walls.
     stock = grid_around(SCENE.replace(tolerance=None, wall="reflect"))
     given = set().union(*(set(given_bodies(scene)) for scene in stock))
     assert given == {"masses", "compression", "temperature"}
@@ -154,18 +157,18 @@ def test_the_whole_grid_agrees(chaincor):
 
 
 def test_pieces_and_bonds_are_those_of_the_last_contact():
-    # Engines stop at different times; what they report must not know.
+    # Engines stop at different times, which must not affect these results.
     validation = validate(Scene(potential="lj", particles=50, speed=1.2, tolerance=1e-6))
     found = {each.quantity: each for each in validation.comparisons}
     assert found["fragments"].difference == 0
-    # Both engines see the longest bond at the steps of reference runs.
+    # Each engine samples the longest bond at the steps of reference runs.
     assert found["bond_max"].difference < 1e-2
     assert validation.agrees
 
 
 @pytest.mark.parametrize("fields", [{"compression": 0.02}, {"temperature": 1e-3}])
 def test_arrays_of_explicit_numerics_are_within_what_their_steps_say(fields):
-    # Half a step shows 3/4 of the error of an order 2.
+    # The difference to half the step is 3/4 of an error of order 2.
     result = validate(Scene(particles=6, speed=0.3, scheme="verlet", timestep=0.01, **fields))
     assert result.agrees, [c for c in result.comparisons if not c.agrees]
 
@@ -182,7 +185,7 @@ def test_what_is_no_scene_is_refused_in_one_line():
 
 
 def test_hard_spheres_are_compared_in_what_they_tell(chaincor):
-    # Times, speeds and modes are those of the limit, and how far off that is nobody knows.
+    # Times, speeds and modes are those of hard spheres; their error is unknown.
     scene = ("--potential", "lj", "--particles", "5", "--velocity", "4.497", "--tolerance", "1e-4")
     status, out, _ = chaincor("validate", *scene)
     assert status == 0, out
@@ -192,7 +195,8 @@ def test_hard_spheres_are_compared_in_what_they_tell(chaincor):
 
 
 def test_where_runs_differ_in_their_contacts_neither_number_nor_velocities_are_judged():
-    # With so long a step LAMMPS's own two runs, and so their velocities, have not found out.
+    # With such a long step, LAMMPS's own two runs differ in their contacts, so that their
+    # velocities have no error.
     scene = Scene(potential="lj", particles=20, speed=1.0, scheme="verlet", timestep=0.2)
     found = validate(scene)
     allowed = {each.quantity: each.allowed for each in found.comparisons}
@@ -204,7 +208,8 @@ def test_where_runs_differ_in_their_contacts_neither_number_nor_velocities_are_j
 
 
 def test_lammps_is_judged_by_what_its_own_runs_tell(monkeypatch):
-    # With a wrong reference number the bar holds the distance to it, and tells nothing of LAMMPS.
+    # If the reference result is wrong, the error bar includes the difference to it and does not
+    # describe LAMMPS.
     scene = Scene(potential="lj", particles=5, speed=0.4)
     exact = collide(scene.replace(engine="reference"), tolerance=1e-12).restitution
 

@@ -36,7 +36,7 @@ def test_the_template_agrees(template, chaincor, tmp_path):
 def test_a_mistake_is_named(template, chaincor, tmp_path, number):
     right, wrong, said = MISTAKES[number]
     assert right in template
-    # A module of its own, since modules are imported once.
+    # Each mistake has its own module, because modules are imported once.
     (tmp_path / f"mistake_{number}.py").write_text(template.replace(right, wrong))
     status, out, _ = chaincor(
         *ARGUMENTS, "--masses", "2,1", "--against", f"mistake_{number}:collide"
@@ -56,7 +56,7 @@ def test_a_coarse_step_is_named(template, chaincor, tmp_path):
 
 @pytest.mark.slow
 def test_no_cause_is_made_up(template, chaincor, tmp_path):
-    """A force that is 3 % too large is no mistake of the list."""
+    """Name no cause for a force that is 3 % too large, which is not a listed mistake."""
     wrong = template.replace("scene.bond.force,", "lambda s: 1.03 * scene.bond.force(s),")
     (tmp_path / "unknown.py").write_text(wrong)
     status, out, _ = chaincor(*ARGUMENTS, "--against", "unknown:collide")

@@ -11,7 +11,7 @@ from chaincor.workflows.job import write_job
 from chaincor.workflows.validation.lammps_result import read_lammps_result
 from tests.lmp import run_lmp
 
-# Velocity Verlet before a mirror, and one that does not look at the step.
+# The integrators are velocity Verlet with a mirror, and a function that ignores the step.
 MODULE = """
 import numpy as np
 
@@ -60,7 +60,7 @@ def test_a_job_that_ran_agrees_from_its_folder_and_its_log(tmp_path, chaincor):
 def test_a_dump_agrees_and_another_scene_does_not(tmp_path, chaincor):
     dump = tmp_path / "run" / "dump.lammpstrj"
     collide(Scene(potential="harmonic", particles=3, velocity=0.1, tolerance=1e-6, dump=dump))
-    # The dump's frames lie between contacts: its bar is that of the file's digits, not of eta's.
+    # Frames of the dump lie between contacts. The error bar comes from the digits of the file.
     for path in (dump, dump.parent):
         assert chaincor("validate", "--against", str(path), *SMALL, "--tolerance", "1e-4")[0] == 0
     status, out, _ = chaincor("validate", "--against", str(dump), "--masses", "1,2", *SMALL)
@@ -118,7 +118,7 @@ def test_a_log_of_a_run_that_was_stopped_is_refused(tmp_path, end, words):
         for finished in ("", "quit\n", "log none\n"):
             lammps(tmp_path, f"print 'restitution = 0.5'\n{finished}")
             assert read_lammps_result(log).restitution == 0.5
-        log.write_text(log.read_text().partition("log none")[0])  # as of one that was killed
+        log.write_text(log.read_text().partition("log none")[0])  # like the log of a killed run
     with pytest.raises(InputError, match=words):
         read_lammps_result(log)
 
@@ -145,7 +145,7 @@ def test_pictures_of_unknown_kinds_are_refused_before_anything_runs(
     tmp_path, monkeypatch, chaincor, name
 ):
     monkeypatch.chdir(tmp_path)
-    # A scene of hours: nothing of it may be begun.
+    # This scene would take hours, so that no run may begin.
     status, out, err = chaincor(
         "validate", "--plot", name, "--particles", "3000", "--tolerance", "1e-9"
     )

@@ -16,7 +16,7 @@ from chaincor.workflows.engines.lammps import engine as lammps
 
 
 class ChainBonds(Calculator):
-    """Bonds between neighbours along x, as ASE calculators go (their units taken as ours)."""
+    """ASE calculator of bonds between neighbours along x, used in units of the chain."""
 
     implemented_properties = ("energy", "forces")
 
@@ -48,19 +48,19 @@ def chain_atoms(scene):
     return atoms
 
 
-# Older versions of ASE leave the log open that they do not write.
+# Older versions of ASE do not close the unused log.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_ase_velocity_verlet_takes_the_same_steps_until_the_next_contact():
     scene = Scene(potential="lj", particles=8, speed=0.4)
-    step, steps = 0.0125, 100  # t = 1.25, well before the second contact near t = 1.8
+    step, steps = 0.0125, 100  # up to t = 1.25, well before the second contact near t = 1.8
     atoms = chain_atoms(scene)
     VelocityVerlet(atoms, timestep=step).run(steps)
     frames = lammps.run(
         scene.problem, Numerics(scheme="verlet", timestep=step), frame_interval=step * steps
     ).frames
     assert frames.times[1] == pytest.approx(step * steps)
-    # Both kick, drift and kick. Tables are good to 3e-13 of the largest force, about 1 here, and
-    # rounding adds eps n a step.
+    # Both programs kick, drift and kick. Tables have an error of 3e-13 times the largest force,
+    # about 1 here, and rounding adds n eps per step.
     displacements = atoms.positions[:, 0] - np.arange(8)
     np.testing.assert_allclose(frames.displacements[1], displacements, rtol=0, atol=1e-12)
     np.testing.assert_allclose(frames.velocities[1], atoms.get_velocities()[:, 0], atol=1e-12)
@@ -82,16 +82,17 @@ def test_ase_finds_the_frequencies_of_the_free_chain(potential):
     full = np.zeros((n, 3, n, 3))
     full[:, 0, :, 0] = hessian
     data = VibrationsData(atoms, full)
-    # ASE returns energies hbar omega; sorted, the 2n modes of zero stiffness come with j = 0.
+    # ASE returns energies hbar omega. After sorting, the 2n modes without stiffness and mode 0 come
+    # first.
     energies, _ = data.get_energies_and_modes()
     found = np.sort(energies.real)[-(n - 1) :]
     expected = mode_frequencies(n)[1:]
-    # Ratios need no units. The central difference errs by step^2 U''''/6 < 1e-8 * 2000/6.
+    # Ratios need no units. The error of the central difference is step^2 U''''/6 < 1e-8 * 2000/6.
     np.testing.assert_allclose(found / found[-1], expected / expected[-1], rtol=1e-5)
 
 
 def dop853(scene, accuracy):
-    """Integrate with SciPy, wall hits as events, until 2.5 sound round trips have passed."""
+    """Integrate by SciPy, with wall hits as events, until 2.5 sound round trips have passed."""
     n, bond, v0 = scene.particles, scene.bond, scene.impact_velocity
 
     def motion(_, state):
@@ -136,6 +137,6 @@ def test_scipy_agrees_with_both_engines(scene, engine):
     eta = (velocities.mean() / scene.impact_velocity) ** 2
     result = collide(scene.replace(engine=engine), tolerance=1e-9)
     assert result.contacts == len(times)
-    # DOP853 with 1e-12 a step is good to about 1e-10 over a collision of some hundred steps.
+    # DOP853 with 1e-12 per step has an error of about 1e-10 in a collision of some hundred steps.
     assert abs(result.restitution - eta) <= result.restitution_error + 1e-10
     np.testing.assert_allclose(result.contact_times, times, rtol=0, atol=1e-6)

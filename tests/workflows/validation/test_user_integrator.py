@@ -1,4 +1,4 @@
-"""Test what a user's integrator may return, and one line for every fault."""
+"""Test which results a user's integrator may return, and that every fault gives one line."""
 
 import numpy as np
 import pytest
@@ -137,7 +137,7 @@ def test_a_module_that_cannot_be_imported_is_one_line(tmp_path, monkeypatch, cap
     (tmp_path / "broken.py").write_text(text)
     monkeypatch.chdir(tmp_path)
     assert cli.run_command_line(["validate", "--particles", "3", "--against", "broken:f"]) == 2
-    err = capfd.readouterr().err  # of the process that imports it, too
+    err = capfd.readouterr().err  # includes that of the process that imports the module
     assert len(err.strip().splitlines()) == 1
     assert words in err
 
