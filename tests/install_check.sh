@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# A plain `pip install .` in a fresh environment: does it run, what does it bring and how much, does
-# the analysis work where LAMMPS is absent? Then the other ways to install: a source distribution,
-# and an editable one.
+# Check a plain `pip install .` in a new environment: the program runs, the packages installed are
+# small enough, and the analysis works without LAMMPS. Then check the installation from a source
+# distribution and the editable installation.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 project=$PWD
@@ -13,7 +13,7 @@ fail() {
   exit 1
 }
 
-# What an installation put at the top of site-packages.
+# Print the top-level entries of the installation in site-packages.
 top_level() {
   "$folder/venv/bin/python" -c '
 from importlib import metadata
@@ -30,7 +30,7 @@ started=$SECONDS
 "$folder/venv/bin/python" -m pip install --quiet .
 echo "installed in $((SECONDS - started)) s"
 du -sm "$folder/venv" | awk '{ print "environment: " $1 " MiB"; if ($1 > 1331) exit 1 }'
-du -sm "$folder"/venv/lib/python3*/site-packages/* | sort -rn | awk 'NR <= 12'  # head would stop sort by a signal now and then
+du -sm "$folder"/venv/lib/python3*/site-packages/* | sort -rn | awk 'NR <= 12'  # head could stop sort by a signal
 cd "$folder"
 [[ $(top_level) =~ ^chaincor\ chaincor-[0-9.]+\.dist-info$ ]] || fail "at top level: $(top_level)"
 installed_files > plain
@@ -41,7 +41,7 @@ venv/bin/python -m chaincor --help > /dev/null
 venv/bin/python -c "from chaincor.workflows.lessons import check, prepared; assert check('1.1', [1, 1]) and prepared('lengths.csv').exists()"
 { venv/bin/chaincor lessons 2>&1 || true; } | tr '\n' ' ' | grep -q 'pip install chaincor\[notebook\]' || fail "lessons do not say what they need"
 
-# A user's script beside files of the names that our folders have, and in the eyes of mypy.
+# Run a user's script, and check it by mypy, beside files with the names of our folders.
 mkdir script
 for name in analysis lammps_inputs workflows; do echo "MINE = 'mine'" > "script/$name.py"; done
 cat > script/script.py << 'END'
@@ -60,7 +60,7 @@ sed '/^reveal_type/d' script/script.py > script/plain.py
 venv/bin/python -m pip install --quiet mypy
 (cd script && ../venv/bin/python -m mypy script.py | grep 'Revealed type is "\(builtins\.\)\?float"') || fail "mypy does not see our types"
 
-# From a source distribution: the same files. Loops are compiled once for what is installed from now on.
+# A source distribution must install the same files. From here on, all installations share compiled loops.
 export NUMBA_CACHE_DIR="$folder/loops"
 venv/bin/python -m pip install --quiet hatchling
 (cd "$project" && "$folder/venv/bin/hatchling" build --target sdist --directory "$folder/dist" > /dev/null)
@@ -68,7 +68,7 @@ venv/bin/python -m pip install --quiet --no-deps --force-reinstall dist/chaincor
 installed_files | diff plain - || fail "a source distribution installs something else"
 venv/bin/chaincor run --particles 10 --json > /dev/null
 
-# Editable: this checkout, although compiled code that pip does not know is left from before.
+# An editable installation must use this checkout, although earlier compiled code remains that pip does not know.
 venv/bin/python -m pip install --quiet --editable "$project"
 venv/bin/chaincor run --particles 10 --json > /dev/null
 (cd script && ../venv/bin/python plain.py)

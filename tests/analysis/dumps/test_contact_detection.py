@@ -42,7 +42,7 @@ def test_interpolation_has_an_error_of_third_order(harmonic20, spacing, error):
 
 @pytest.mark.parametrize("ahead", [0.02, 0.45])
 def test_interpolation_trusts_the_nearer_frame(harmonic20, ahead):
-    """Use frames 0.02 and 0.45 from a contact: the error is that of the nearer, 0.2 * 0.02^3."""
+    """Require the error of the nearer frame, 0.2 * 0.02^3, for frames 0.02 and 0.45 away."""
     contact = harmonic20.contact_times[6]
     found = detect(harmonic20, [contact - ahead, contact + 0.47 - ahead], None)
     # The farther contact adds 0.2 * 0.45^3 = 0.018 with the weight (0.02/0.45)^3 = 9e-5.

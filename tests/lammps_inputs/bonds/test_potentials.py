@@ -33,7 +33,8 @@ BONDS = [
 BOND_IDS = [f"{bond.name}{bond.anharmonic_order}{tuple(bond.parameters)}" for bond in BONDS]
 each_bond = pytest.mark.parametrize("bond", BONDS, ids=BOND_IDS)
 
-# U(s) and -dU/dr(s) are written here in exact arithmetic, as in the paper and not as in the code.
+# U(s) and -dU/dr(s) are computed here in exact arithmetic by the paper's formulas, not by those of
+# the code.
 EXACT = {
     "harmonic": (lambda s: s * s / 2, lambda s: -s),
     "lj": (

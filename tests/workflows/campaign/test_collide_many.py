@@ -93,7 +93,7 @@ def test_each_sample_may_have_a_speed_of_its_own():
     found = collide_many(WARM, 3, velocities=velocities, workers=1)
     scenes = [WARM.replace(seed=k + 1, velocity=v) for k, v in enumerate(velocities)]
     assert found.samples == collide_many(scenes, workers=1).samples
-    # Single collisions have this name, too.
+    # Samples that no batch computes may also have different speeds.
     sharp = WARM.without("velocity").replace(tolerance=1e-9, speed=0.3)
     found = collide_many(sharp, 2, velocities=velocities[:2], workers=1)
     single = collide(sharp.without("speed").replace(seed=2, velocity=0.08))
@@ -296,8 +296,7 @@ def test_an_ensemble_shows_itself_in_a_notebook():
     shown = found._repr_html_()
     assert "<caption>5 collisions, 0 without a number, 0 beyond the tolerance</caption>" in shown
     mean, error = re.search(r"<th>mean</th><td>(\S+) \+- (\S+)</td>", shown).groups()
-    # Values are rounded to the digits that the error justifies, with half a unit of the last digit
-    # as tolerance.
+    # The mean and its error are rounded to the first digits of the error.
     assert float(mean) == pytest.approx(found.eta.mean, abs=found.eta.standard_error)
     assert float(error) == pytest.approx(found.eta.standard_error, rel=0.5)
     one = collide_many(WARM, 1, workers=1)._repr_html_()

@@ -103,8 +103,8 @@ def test_a_column_of_numbers_is_compared_with_numbers_only(store, make_attempt, 
 
 def test_words_and_flags_are_compared_as_they_are_written(store, make_attempt):
     store.record([make_attempt(SCENE)])
-    # As a number, the year would become text such as '1000.0', which sorts after dates of the year
-    # 1000, and 2e3 would not equal itself.
+    # Text columns are compared as text. As a number, the year would become text such as '1000.0',
+    # which sorts after the dates of this year.
     (year,) = {row[0][:4] for row in query_rows(store, ["finished"])}
     for condition in (f"finished>{year}", f"finished>={year}", "host!=2e3", "tolerance_met=true"):
         assert count_rows(store, [condition]) == 1, condition

@@ -79,7 +79,7 @@ def with_table_of_a_run(scene: Scene, numerics: Numerics) -> Numerics:
 
 
 def compare(scene: Scene, numerics: Numerics) -> tuple[bool, tuple]:
-    """Run a collision both ways; return whether results agree, and those with all checks."""
+    """Run a collision both ways; return whether results agree, and the results with all checks."""
     if scene.potential != "harmonic":
         numerics = with_table_of_a_run(scene, numerics)
     with asking_every_step():

@@ -57,7 +57,7 @@ CASES = [
 
 
 def momenta(scene, outcome):
-    """Return momenta gained by chain and target, in units of the incoming one, and the latter."""
+    """Return the momenta gained by chain and target, divided by the incoming one, and this one."""
     line = scene.line
     came = float(np.sum(line.chain_masses)) * scene.impact_velocity
     chain = line.chain_masses @ (outcome.velocities - line.velocities[line.first :])
