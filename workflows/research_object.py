@@ -1,4 +1,8 @@
-"""Describe a folder of results as an RO-Crate, with its files, columns and programs."""
+"""
+Describe a folder of results as an RO-Crate, with its files, columns and programs.
+
+The option ``--rocrate`` of `store` and `reproduce` uses this module.
+"""
 
 import json
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,4 @@
-"""Read the text of a bond energy. A grammar checks the text before it is evaluated."""
+"""Check the text of a bond energy by a grammar, and read it as a SymPy expression."""
 
 import ast
 import keyword

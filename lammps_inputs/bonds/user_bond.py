@@ -1,4 +1,8 @@
-"""Define bonds of users, given by Python functions of the strain."""
+"""
+Define bonds of users, given by Python functions of the strain.
+
+The class is also the base of bonds by formula and by table.
+"""
 
 import math
 from collections.abc import Callable, Sequence

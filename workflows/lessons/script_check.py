@@ -7,7 +7,7 @@ from pathlib import Path
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import shown
 from chaincor.workflows.lessons.script_faults import faults_by_part
-from chaincor.workflows.lessons.script_run import faults_of_run, run_script
+from chaincor.workflows.lessons.student_run import faults_of_run, run_script
 from chaincor.workflows.lessons.student_script import StudentScript
 
 _RUN = "run by LAMMPS"

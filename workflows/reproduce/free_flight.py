@@ -1,4 +1,8 @@
-"""Follow a chain after its last contact to find its fragments and the forms of its energy."""
+"""
+Follow a chain after its last contact to find its fragments and the forms of its energy.
+
+Two figures beyond the paper use the results; no claim of the paper does.
+"""
 
 import math
 from collections.abc import Iterable, Iterator

@@ -1,4 +1,4 @@
-"""Run a student's script for the chain with LAMMPS, and find faults in the motion."""
+"""Run a student's script for `check-script` with LAMMPS, and find faults in the motion."""
 
 import re
 import subprocess
