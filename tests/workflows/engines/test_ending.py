@@ -172,8 +172,7 @@ def test_a_piece_under_way_to_the_wall_is_waited_for():
     watch, late = EndWatch(7, LJ), 1.01 * longest_collision(7, 1.0, 0.0)
     assert look(watch, late, 0.0, *state) is None
     assert watch.followed_until(0.0) == pytest.approx(late + 1100.0)
-    # The piece comes no nearer. In total, the engine waits for at most 300 sound crossings of 7
-    # particles.
+    # The piece comes no nearer. In total, the engine waits for at most ``ARRIVAL_CROSSINGS``.
     assert look(watch, 1050.0 + late, 0.0, *state) is None
     assert look(watch, 2200.0 + late, 0.0, *state).kind == "open"
 
