@@ -126,8 +126,13 @@ class DaskCluster(Executor):
         """Run a function on a worker; the future fails if the worker or the scheduler is lost."""
         result: Future = Future()
         result.set_running_or_notify_cancel()
+        from distributed.protocol import pickle
+
+        # Dask would turn each point of a list into a node of its graph, and its scheduler would
+        # keep the nodes of finished tasks. It forwards bytes as they are.
+        call = pickle.dumps((function, args, kwargs))
         # pure=False, because equal calls in different sweeps are different tasks.
-        task = self._client.submit(function, *args, pure=False, **kwargs)
+        task = self._client.submit(_call, call, pure=False)
         with self._lock:
             self._pending[task.key] = task, result
         task.add_done_callback(lambda done: self._finish(done, result))
@@ -208,6 +213,14 @@ class DaskCluster(Executor):
             tasks = [task for task, _ in self._pending.values()]
             self._pending.clear()
         self._client.cancel(tasks)
+
+
+def _call(call: bytes) -> Any:
+    """Unpickle a function and its arguments on a worker, and call it."""
+    from distributed.protocol import pickle
+
+    function, args, kwargs = pickle.loads(call)
+    return function(*args, **kwargs)
 
 
 def _connect(address: str) -> Any:

@@ -4,6 +4,7 @@ import json
 import signal
 import subprocess
 import sys
+import threading
 from types import SimpleNamespace
 
 import pytest
@@ -161,6 +162,23 @@ class SlowClient:
 def test_a_result_that_is_late_is_no_failure():
     with DaskCluster.of(SlowClient()) as cluster:
         assert cluster.submit(abs, -3).result(timeout=HANGS) == 3
+
+
+def test_a_call_reaches_dask_as_bytes():
+    # The scheduler would keep the points of finished tasks.
+    sent = []
+
+    def submit(function, *args, pure):
+        sent.append((function, args))
+        return SimpleNamespace(key="k", add_done_callback=lambda _: None)
+
+    cluster = DaskCluster.__new__(DaskCluster)
+    cluster._client = SimpleNamespace(submit=submit)
+    cluster._pending, cluster._lock = {}, threading.Lock()
+    cluster.submit(sorted, [3, 1, 2], reverse=True)
+    ((function, (call,)),) = sent
+    assert isinstance(call, bytes)
+    assert function(call) == [3, 2, 1]
 
 
 @pytest.mark.slow
