@@ -111,17 +111,24 @@ class CollisionFrames:
     def states(self) -> Iterator[ChainState]:
         """Yield all states in order of time, beginning with the first frame."""
         yield self.first_state
-        time = self.first_state.time
+        before = self.first_state
         for frame in self._frames:
             self.last_interval = max(0, frame.step - self.last.step)
             self.last = frame
             state = self.layout.state(frame, self.known.timestep)
-            if state.time < time:
+            if state.time < before.time:
                 raise InputError(
                     f"the frame of step {state.step} is earlier than the one before it. Give the "
                     "frames of one run in order of time"
                 )
-            time = state.time
+            if (state.step, state.time) == (before.step, before.time) and not np.array_equal(
+                state.displacements, before.displacements
+            ):
+                raise InputError(
+                    f"two frames of step {state.step} have different positions. Give the frames "
+                    "of one run, each with its own step"
+                )
+            before = state
             yield state
 
     def first_contact(self) -> tuple[float, ChainState] | None:

@@ -105,6 +105,21 @@ def test_an_early_end_is_said(harmonic20, dump_writer):
     assert has_caveat(long, "nothing else shows that no later contact follows")
 
 
+def test_different_frames_of_one_step_are_refused(harmonic20, dump_writer):
+    path = dump_writer.write(harmonic20, TIMES, time_item=True, columns="id x vx")
+    first, second, *others = path.read_text().split("ITEM: TIME\n")[1:]
+    head, rows = first.partition("ITEM: ATOMS")[0], second.partition("ITEM: ATOMS")[2]
+
+    def write(*frames):
+        path.write_text("".join(f"ITEM: TIME\n{frame}" for frame in frames))
+
+    write(first, first, second, *others)
+    assert analyze(path, bond=Harmonic()).contacts == 17
+    write(first, f"{head}ITEM: ATOMS{rows}", second, *others)
+    with pytest.raises(InputError, match="two frames of step 0 have different positions"):
+        analyze(path, bond=Harmonic())
+
+
 def test_a_cut_frame_is_said(harmonic20, dump_writer):
     analysis = analyze(dump_writer.write(harmonic20, TIMES, cut=100), bond=Harmonic())
     assert analysis.restitution == pytest.approx(ETA20, abs=1e-11)
