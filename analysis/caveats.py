@@ -160,6 +160,6 @@ def _contact_caveats(detection: DetectedContacts, bond: Potential | None) -> lis
     if detection.worst_miss > _LARGE_MISS:
         return [
             "contact times and speeds are uncertain: the momentum integrated from frame to frame "
-            "differs from the momentum in the dump by up to {detection.worst_miss:.1e} v0"
+            f"differs from the momentum in the dump by up to {detection.worst_miss:.1e} v0"
         ]
     return []

@@ -6,6 +6,7 @@ from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.bonds.exponential_bonds import Toda
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 
@@ -118,6 +119,13 @@ def test_different_frames_of_one_step_are_refused(harmonic20, dump_writer):
     write(first, f"{head}ITEM: ATOMS{rows}", second, *others)
     with pytest.raises(InputError, match="two frames of step 0 have different positions"):
         analyze(path, bond=Harmonic())
+
+
+def test_a_bond_that_does_not_fit_makes_contact_times_uncertain(harmonic20, dump_writer):
+    # A Toda bond of b = 0.1 is nearly a spring: the contacts are found, the momentum differs.
+    analysis = analyze(dump_writer.write(harmonic20, TIMES), bond=Toda(0.1))
+    assert analysis.contacts == 17
+    assert has_caveat(analysis, "differs from the momentum in the dump by up to 4.7e-03 v0")
 
 
 def test_a_cut_frame_is_said(harmonic20, dump_writer):
