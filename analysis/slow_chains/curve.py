@@ -29,8 +29,8 @@ FRONT_LEAD = 0.9945645
 
 # Limit of h_3(y)/y for y -> infinity. How h_3(y)/y approaches the limit is not derived. The error
 # bar therefore covers every fit of ``python -m benchmarks.slow_chains.limit`` that describes the
-# points.
-STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.3758, 0.0005
+# points up to y = 240, and also the value at y = 320, which lies below these fits.
+STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.3754, 0.0008
 
 # Largest relative error of the interpolation of h between the points of the table:
 # ``python -m benchmarks.slow_chains.curves --check``.
@@ -181,8 +181,8 @@ def long_chain_slope(bond: Potential) -> float:
     r"""
     Return C of :math:`1 - \eta = C v_0/v^*`, in the limit of long chains, then of low speed.
 
-    :math:`C = 0.3758(5)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.014(2) for lj,
-    0.953(2) for toda at any b, 0.727(1) for log.
+    :math:`C = 0.3754(8)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.013(2) for lj,
+    0.952(2) for toda at any b, 0.726(2) for log.
 
     Parameters
     ----------

@@ -170,7 +170,7 @@ def infinite_chain(measured: Measurements) -> str:
         f"by 2β n^(−1/3), β = {FRONT_LEAD:.4f}, less a term that falls faster; in the table "
         "is the longest chain of each bond beside theory with the first of these. The paper has "
         "0.66 and 2.61 for lj, and says that the two disagree. Its 0.66 is C of lj at no length "
-        "and speed in particular: C is a function of κ v₀ n^(2/3), 1.014 in the limit."
+        "and speed in particular: C is a function of κ v₀ n^(2/3), 1.013 in the limit."
     )
 
 
