@@ -111,8 +111,9 @@ def _by_mdanalysis(ending: str) -> bytes:
         warnings.simplefilter("ignore")
         path = Path(folder) / f"t.{ending}"
         with MDAnalysis.Writer(str(path), xs.shape[1], velocities=True) as writer:
-            for x, v in zip(xs, vs, strict=True):
+            for k, (x, v) in enumerate(zip(xs, vs, strict=True)):
                 universe.trajectory.ts.dimensions = [99.0, 9.0, 9.0, 90.0, 90.0, 90.0]
+                universe.trajectory.ts.data["step"], universe.trajectory.ts.time = k, float(k)
                 universe.atoms.positions = np.column_stack((x, 0 * x, 0 * x))
                 universe.atoms.velocities = np.column_stack((v, 0 * v, 0 * v))
                 writer.write(universe.atoms)
