@@ -1,13 +1,12 @@
 """Check the arguments of calls from Python, and shorten tracebacks after Ctrl-C."""
 
 import functools
-import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.given_numbers import shown, whole_number_given
+from chaincor.lammps_inputs.given_numbers import whole_number_given
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.versions import cores_allowed
 
@@ -58,29 +57,6 @@ def workers_given(workers: Any) -> int:
     if workers is None:
         return cores_allowed()
     return whole_number_given("workers", workers)
-
-
-def texts_given(name: str, values: Any) -> tuple[str, ...]:
-    """Return one text or several as a tuple; raise InputError for any other object."""
-    if isinstance(values, str):
-        return (values,)
-    if isinstance(values, Iterable) and not isinstance(values, bytes | Mapping):
-        return tuple(text_given(name, value) for value in values)
-    raise InputError(f"{name} is {shown(values)}. Give a text or a list of texts")
-
-
-def text_given(name: str, value: Any) -> str:
-    """Return `value` if it is a text; raise InputError for any other object."""
-    if not isinstance(value, str):
-        raise InputError(f"{name} is {shown(value)}. Give a text")
-    return value
-
-
-def path_given(name: str, value: Any) -> Path:
-    """Return a path; raise InputError if `value` is no path."""
-    if not isinstance(value, str | os.PathLike):
-        raise InputError(f"{name} is {shown(value)}. Give a path")
-    return Path(value)
 
 
 def _named(value: Any) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import positive_number_given, whole_number_given
-from chaincor.workflows.given import path_given, text_given, texts_given
+from chaincor.lammps_inputs.given_texts import path_given, text_given, texts_given
 from chaincor.workflows.scripts.crashes import CrashedRun, crashed_runs
 from chaincor.workflows.scripts.energy_changes import EnergyChange, find_energy_changes
 from chaincor.workflows.scripts.ladder import Ladder
