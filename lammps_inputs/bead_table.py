@@ -3,6 +3,7 @@
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.hertz import HERTZ, Hertz
+from chaincor.lammps_inputs.bonds.table_text import section_text
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
 
@@ -35,16 +36,6 @@ def format_bead_table(problem: Problem, rows: int) -> str:
     distances[-1] = 1.0
     forces, energies = (f(distances - 1.0) for f in (bond.force, bond.energy))
     slope = float(bond.curvature(low - 1.0))
-    lines = [
-        f"# force of beads, {bond.title}",
-        "",
-        "BEADS",
-        f"N {rows} RSQ {low:.17g} 1.0 FPRIME {-slope:.17g} 0.0",
-        "",
-    ]
-    columns = [each.tolist() for each in (distances, energies, forces)]
-    lines += [
-        f"{i} {r:.17g} {u:.17g} {f:.17g}"
-        for i, (r, u, f) in enumerate(zip(*columns, strict=True), 1)
-    ]
-    return "\n".join(lines) + "\n"
+    header = f"N {rows} RSQ {low:.17g} 1.0 FPRIME {-slope:.17g} 0.0"
+    section = section_text("BEADS", header, (distances, energies, forces))
+    return f"# force of beads, {bond.title}\n\n{section}"

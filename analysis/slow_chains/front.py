@@ -5,7 +5,7 @@ The lowest anharmonic order of the bonds is r. Positions are relative to the lin
 of :math:`n^{1/3}/2` bonds. Times are in units of n, and speeds in units of v0. The front obeys an
 equation of Korteweg-de Vries type,
 
-.. math:: U_T + y\, U^{r-2} U_X + \tfrac13 U_{XXX} = 0, \qquad
+.. math:: \partial_T U + y\, U^{r-2} \partial_X U + \tfrac13 \partial_X^3 U = 0, \qquad
           |y| = r (r - 1) |c|\, v_0^{r-2} n^{2/3},
 
 and starts as a step at T = 0. The variable y is positive if compression stiffens the bond. At T = 1

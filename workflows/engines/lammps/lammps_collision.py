@@ -77,8 +77,8 @@ class ChainCollision:
         # after which it is late.
         self.patience = PATIENCE / problem.slow_stiffness**0.5
         self.overdue = np.inf
-        # The end was found at the time ended_at; frames are needed until time_after_last_contact.
-        self.ended_at, self.time_after_last_contact = 0.0, np.inf
+        # The end was found at the time ended_at; frames are needed until frames_until.
+        self.ended_at, self.frames_until = 0.0, np.inf
         # doubt is the momentum of late contacts about which nearly equal motions disagree.
         self.doubt = 0.0
 
@@ -95,8 +95,8 @@ class ChainCollision:
         self._approach()
         interval = look_interval(self.problem.longest_body, self.problem.slow_stiffness)
         next_watch = self.flight.time + interval
-        while self.ending is None or self.flight.time < self.time_after_last_contact:
-            limit = min(next_watch, self.next_frame, self.overdue, self.time_after_last_contact)
+        while self.ending is None or self.flight.time < self.frames_until:
+            limit = min(next_watch, self.next_frame, self.overdue, self.frames_until)
             contact = self._advance(limit)
             self._watch_bonds()
             if contact is not None:
@@ -161,7 +161,7 @@ class ChainCollision:
         self.contacts.append(contact)
         self.after_contact = self._state()
         self.shortest, self.longest = self.shortest_seen, self.longest_seen
-        self.ending, self.time_after_last_contact = None, np.inf
+        self.ending, self.frames_until = None, np.inf
         self.overdue = contact.end + self.patience
         if self.frames_at_contacts:
             self._take_frame()
@@ -225,10 +225,10 @@ class ChainCollision:
             return
         self.ending = next_event.ending.doubted(self.doubt)
         self.ended_at, self.overdue = next_event.time, np.inf
-        self.time_after_last_contact = now
+        self.frames_until = now
         if self.frame_interval is not None or self.frames_at_contacts:
             quiet = sound_round_trip(self.problem.longest_body, self.problem.slow_stiffness)
-            self.time_after_last_contact = min(self.ended_at, last + quiet)
+            self.frames_until = min(self.ended_at, last + quiet)
 
     def _take_frame(self) -> None:
         now = self.flight.time

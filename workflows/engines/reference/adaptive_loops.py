@@ -184,8 +184,19 @@ def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]
         np.divide(error, arrays.scale, error)
         return extremes(error, error.shape[0])[1]
 
+    return take, build_estimate(largest, register)
+
+
+def build_estimate(largest: Callable, register: Callable) -> Callable:
+    """
+    Return ``estimate(step, path)``, the relative error of a step.
+
+    ``largest(weights, error, path)`` returns the largest component of the combination of slopes
+    with these weights, relative to the allowed error; `error` is scratch.
+    """
+
     @register
-    def estimate(step: float, path: AdaptivePath) -> float:
+    def estimate(step: float, path: Any) -> float:
         # This is Hairer's combination of the error estimates of orders 5 and 3; each is the largest
         # of all components.
         low = largest(path.method.third, path.arrays.errors[0], path)
@@ -194,7 +205,7 @@ def build_step(rates: Callable, register: Callable) -> tuple[Callable, Callable]
             return low * 0.0
         return step * high * high / np.sqrt(high * high + 0.01 * low * low)
 
-    return take, estimate
+    return estimate
 
 
 def build_flight(rates: Callable, register: Callable) -> Callable:

@@ -8,6 +8,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.reference import bookkeeping
+from chaincor.workflows.engines.reference.adaptive_loops import build_estimate
 
 
 def bead_rates(
@@ -119,14 +120,4 @@ def build_bead_step(rates: Callable, register: Callable) -> tuple[Callable, Call
         np.divide(error, path.arrays.scale, error)
         return extremes(error, error.shape[0])[1]
 
-    @register
-    def estimate(step: float, path: Any) -> float:
-        # This is Hairer's combination of the error estimates of orders 5 and 3. The largest value
-        # of all components counts.
-        low = largest(path.method.third, path.arrays.errors[0], path)
-        high = largest(path.method.fifth, path.arrays.errors[1], path)
-        if high == 0.0:
-            return low * 0.0
-        return step * high * high / np.sqrt(high * high + 0.01 * low * low)
-
-    return take, estimate
+    return take, build_estimate(largest, register)
