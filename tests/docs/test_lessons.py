@@ -80,7 +80,7 @@ def test_there_are_ten_projects():
 def test_lesson_5_says_the_shares_that_its_figure_shows():
     speeds, *etas = np.loadtxt(prepared("cor_curves.csv"), delimiter=",", unpack=True)
     text = PAGES["5_nonlinear"].read_text()
-    slow = re.search(r"At ([\d.]+) v\* they keep (\d+) or (\d+) %", text)
+    slow = re.search(r"At ([\d.]+) v\* the chains keep (\d+) or (\d+) %", text)
     assert float(slow[1]) == speeds[0]
     assert {int(slow[2]), int(slow[3])} == {round(100.0 * eta[0]) for eta in etas}
     least = re.search(r"They keep the least near 0\.8 v\*: (\d+) to (\d+) %", text)
