@@ -52,8 +52,9 @@ class Hertz(NamedBond):
     """
     U = d^(p + 1)/(p + 1) with the overlap d = -s; 0 if the beads are apart.
 
-    Damping adds -A d^(p - 1) d' (viscoelastic spheres) or -A d' (a dashpot) to the force d^p while
-    beads overlap. A negative sum is replaced by 0, because separating beads do not pull.
+    While beads overlap, damping adds A d^(p - 1) d' (viscoelastic spheres) or A d' (a dashpot) to
+    the repulsive force d^p, where d' is the time derivative of d. A negative sum is replaced by 0,
+    because separating beads do not attract each other.
     """
 
     exponent: float = HERTZ  #: Exponent p of the force; 3/2 for two spheres.
