@@ -1,7 +1,7 @@
 """Scene: the validated and immutable description of one collision and of the wanted results."""
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
@@ -186,7 +186,19 @@ class Scene(SceneFields):
         Scene
             The changed scene.
         """
-        return Scene(**({k: getattr(self, k) for k in self.model_fields_set} | changes))
+        return Scene(**self._given(changes))
+
+    def _given(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the given fields, with some changed."""
+        return {k: getattr(self, k) for k in self.model_fields_set} | dict(changes)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """
+        Return a copy; changed fields are validated anew, as by `replace`.
+
+        pydantic's own method would keep the problem and the hash of the original scene.
+        """
+        return super().model_copy(deep=deep) if not update else type(self)(**self._given(update))
 
     def without(self, *names: str) -> "Scene":
         """

@@ -527,3 +527,16 @@ def test_attributes_that_moved_to_the_problem_are_deprecated(name):
     scene = Scene(particles=3)
     with pytest.warns(DeprecationWarning, match=rf"Use Scene\.problem\.{name}"):
         assert getattr(scene, name) == getattr(scene.problem, name)
+
+
+def test_a_copy_with_changed_fields_keeps_nothing_of_the_original() -> None:
+    scene = Scene(particles=3, velocity=0.1)
+    original = scene.problem.particles, scene.sha256
+    changed = scene.model_copy(update={"particles": 5})
+    assert (changed.problem.particles, changed.sha256) == (
+        5,
+        Scene(particles=5, velocity=0.1).sha256,
+    )
+    assert (scene.model_copy().problem.particles, scene.sha256) == original
+    with pytest.raises(SceneError, match="particles is -3"):
+        scene.model_copy(update={"particles": -3})
