@@ -62,7 +62,7 @@ COMMANDS = {
         {"matplotlib": "-o"},
     ),
     "table": CommandFacts(
-        "Measure how exact LAMMPS's table of a bond, an angle or a pair is.",
+        "Check a table of a bond, an angle, a dihedral or a pair.",
         ("scipy",),
     ),
     "sweep": CommandFacts(
@@ -77,7 +77,7 @@ COMMANDS = {
         (),
         {"pandas": "export to Parquet", "pyarrow": "export to Parquet", "rocrate": "--rocrate"},
     ),
-    "explore": CommandFacts("Write a page that computes collisions as you watch.", ("jinja2",)),
+    "explore": CommandFacts("Write a page that computes collisions in the browser.", ("jinja2",)),
     "reproduce": CommandFacts(
         "Recompute the paper's curves.",
         ("lammps", "jinja2", *_REFERENCE, "scipy", "matplotlib", "rich"),

@@ -41,16 +41,16 @@ class _BodiesAndContact:
         axis=r"impact speed $v_0$",
     )
     speed: float | None = observable(
-        "impact speed in units of v*; null for harmonic bonds",
+        "impact speed in units of v*; null for harmonic bonds, which have no v*",
         TextRow("v*", also=("v_star",), words=("v_star", "speed", "u", "v0")),
         run=lambda r: _in_units(r.scene.impact_velocity, r.scene.bond.natural_speed),
         dump=lambda a: _in_units(a.velocity, None if a.bond is None else a.bond.natural_speed),
         axis=r"impact speed $v_0/v^*$",
     )
     v_star: float | None = observable(
-        "unit of speed that measures how little a bond acts as a spring: the kinetic energy of one "
-        "particle at v* compresses the bond so far that it stores twice the energy of a spring of "
-        "the same stiffness, compressed as far",
+        "speed at which a bond no longer acts as a spring: the kinetic energy of one particle "
+        "with this speed compresses the bond until it stores twice the energy of an equally "
+        "stiff spring of the same length",
         unit="speed",
         symbol="v*",
         run=lambda r: r.scene.bond.natural_speed,
@@ -107,32 +107,34 @@ class Bodies(_WithContact):
     """Observables of the bodies that collide."""
 
     initial: str | None = observable(
-        "file of the state that the chain came with", rare=True, run=_given("initial")
+        "file that gives the initial state of the chain", rare=True, run=_given("initial")
     )
     compression: float | None = observable(
-        "fraction by which the bonds were shorter at first", rare=True, run=_given("compression")
+        "fraction by which all bonds of the chain are compressed at the start",
+        rare=True,
+        run=_given("compression"),
     )
     temperature: float | None = observable(
-        "k_B T of both bodies at first", unit="energy", rare=True, run=_given("temperature")
+        "k_B T of both bodies at the start", unit="energy", rare=True, run=_given("temperature")
     )
-    seed: int | None = observable("seed of the random first state", rare=True, run=_given("seed"))
+    seed: int | None = observable("seed of the random initial state", rare=True, run=_given("seed"))
     energy: str | None = observable(
-        "formula of the bond",
+        "formula of the bond energy",
         rare=True,
         run=lambda r: None if r.formula() is None else r.formula().text,
     )
     parameters: dict[str, float] | None = observable(
-        "numbers for the other names in the formula",
+        "values of the parameters in the formula",
         rare=True,
         run=lambda r: None if r.formula() is None else dict(r.formula().given),
     )
     stiffness: float | None = observable(
-        "U'' of a bond at rest, where it is not 1",
+        "stiffness U'' of a bond at its natural length, unless it is 1",
         rare=True,
         run=lambda r: r.unless_one("stiffness"),
     )
     natural_length: float | None = observable(
-        "length of a bond at rest, where it is not 1",
+        "natural length of a bond, unless it is 1",
         unit="length",
         rare=True,
         run=lambda r: r.unless_one("natural_length"),

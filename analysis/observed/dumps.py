@@ -8,25 +8,25 @@ from chaincor.analysis.showing import lines
 
 OF_DUMPS_ALONE: dict[str, Observable] = {
     "data_error": Observable(
-        "error of eta that the dump's limited digits and frames cause; the error of the run itself "
-        "(steps, table, wall) is not in it",
+        "error of eta due to the limited digits and frames of the dump; it does not include the "
+        "error of the run itself (steps, table, wall)",
         rows=(TextRow("format and reading", words=("data error",)),),
         dump=lambda a: a.data_error,
     ),
     "contact_statistics": Observable(
-        "number of contacts, mean and median interval, mean incoming speed",
+        "number of contacts, mean and median interval between contacts, mean incoming speed",
         dump=lambda a: asdict(a.contact_statistics),
         rows=(
             TextRow(
                 "f/n",
                 dump=lambda a: None if a.soft else f"{a.contact_statistics.per_particle:.4g}",
-                definition="contacts per particle of the chain; 1 for hard balls, about 0.87 for "
-                "long chains of springs",
+                definition="number of contacts divided by the number of particles in the chain; 1 "
+                "for hard balls, about 0.87 for long chains of springs",
             ),
             TextRow(
                 "interval",
                 dump=of_dumps.interval,
-                definition="time from one contact to the next, in units of sqrt(mass/stiffness)",
+                definition="time between successive contacts, in units of sqrt(mass/stiffness)",
             ),
             TextRow(
                 "incoming speed",
@@ -60,20 +60,20 @@ OF_DUMPS_ALONE: dict[str, Observable] = {
             TextRow(
                 "vibration",
                 dump=of_dumps.vibration,
-                definition="share of the energy in the last frame that is not translation of the "
-                "chain; in the row chain it is an energy",
+                definition="share of the energy in the last frame that is not translational "
+                "energy of the chain; in the line `chain`, it is this energy itself",
             ),
         ),
     ),
     "anharmonic_remainder": Observable(
-        "energy of the bonds in the last frame that is in no mode: modes are exact for springs "
-        "alone",
+        "bond energy in the last frame that belongs to no mode, because modes are exact only for "
+        "springs",
         unit="energy",
         dump=lambda a: a.anharmonic_remainder,
         rows=(TextRow("anharmonic remainder"),),
     ),
     "finished": Observable(
-        "whether, as far as can be known, no contact follows the last frame",
+        "whether the dump shows that no contact follows the last frame",
         dump=lambda a: a.finished,
     ),
     "frames": Observable(
@@ -83,10 +83,14 @@ OF_DUMPS_ALONE: dict[str, Observable] = {
         rows=(TextRow("frames"),),
     ),
     "time_start": Observable(
-        "time of the first frame, from the first contact", unit="time", dump=lambda a: a.time_start
+        "time of the first frame; the first contact has the time 0",
+        unit="time",
+        dump=lambda a: a.time_start,
     ),
     "time_end": Observable(
-        "time of the last frame, from the first contact", unit="time", dump=lambda a: a.time_end
+        "time of the last frame; the first contact has the time 0",
+        unit="time",
+        dump=lambda a: a.time_end,
     ),
     "mode_energies_start": Observable(
         "energies of the modes in the first frame",
@@ -101,14 +105,15 @@ OF_DUMPS_ALONE: dict[str, Observable] = {
                     if a.particles > 1 and of_dumps.warm_at_first(a)
                     else None
                 ),
-                definition="the strongest modes in the first frame, if the chain vibrated then",
+                definition="the strongest modes in the first frame, if the chain vibrated in this "
+                "frame",
             ),
             TextRow(
                 "strongest modes",
                 dump=lambda a: lines.strongest_modes(a.mode_energies) if a.particles > 1 else None,
-                definition="the three vibrations with most energy in the last frame, and their "
-                "shares of the energy of all modes; j = 1 has the longest wave, of two chain "
-                "lengths",
+                definition="the three vibrational modes with the most energy in the last frame, "
+                "and their shares of the energy of all modes; mode j = 1 has the longest wave, "
+                "of two chain lengths",
                 words=("modes", "j"),
             ),
         ),
@@ -132,8 +137,8 @@ OF_DUMPS_ALONE: dict[str, Observable] = {
         rows=(
             TextRow(
                 "note",
-                definition="what limits the numbers above; where a note calls something "
-                "impossible, trust none of the numbers: the exit status is then 1",
+                definition="a limit of the results above; if a note calls something impossible, "
+                "the exit status is 1, and none of the results can be trusted",
                 words=("notes", "caveats"),
             ),
         ),

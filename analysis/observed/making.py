@@ -14,17 +14,17 @@ class Making:
     """Engine, numerics and effort of a result."""
 
     tolerance: float | None = observable(
-        "error asked of eta; null with explicit numerics", run=lambda r: r.asked
+        "requested error of eta; null with explicit numerics", run=lambda r: r.asked
     )
     tolerance_met: bool | None = observable(
         "whether the error bar is within the tolerance", run=lambda r: r.tolerance_met
     )
     reason: str | None = observable(
-        "why the tolerance is not met, where it is not", run=lambda r: r.reason
+        "reason why the tolerance is not met; null if it is met", run=lambda r: r.reason
     )
-    error_parts: ErrorBar = observable("error bar of eta, cause by cause", run=lambda r: r.bar)
+    error_parts: ErrorBar = observable("parts of eta's error bar, by cause", run=lambda r: r.bar)
     engine: str = observable(
-        "engine that ran, lammps or reference (the one of this package)",
+        "engine that computed the motion: lammps, or reference, which is chaincor's own integrator",
         TextRow(
             "run by",
             lambda o: lines.run_text(
@@ -46,35 +46,37 @@ class Making:
         run=lambda r: r.outcome.engine,
     )
     wall: str = observable(
-        "how the contact is carried out, by event (located within a step) or by reflect (LAMMPS's "
-        "fix wall/reflect)",
+        "treatment of the contact: event (located within a step) or reflect (LAMMPS's fix "
+        "wall/reflect)",
         run=lambda r: r.outcome.wall,
     )
     scheme: str = observable(
-        f"scheme that integrates: {', '.join(SCHEME_ORDERS)}, or, chosen for a tolerance, modal "
-        "(exact, harmonic bonds), srkn14 (order 6, 14 kicks), extrapolated12 to extrapolated16 "
-        "(Verlet steps extrapolated), adaptive8 (stiff bonds), hard-sphere (limit of high speed)",
+        f"integration scheme: {', '.join(SCHEME_ORDERS)}; or, if chosen for a tolerance, modal "
+        "(exact, for harmonic bonds), srkn14 (order 6, 14 kicks), extrapolated12 to extrapolated16 "
+        "(extrapolated Verlet steps), adaptive8 (for stiff bonds), hard-sphere (limit of high "
+        "speed)",
         run=lambda r: r.outcome.scheme,
     )
     timestep: float | None = observable(
-        "time step of a whole composed step; null for exact propagators and adaptive steps",
+        "time step, which is the length of a whole composed step; null for exact propagators and "
+        "adaptive steps",
         unit="time",
         symbol="H",
         run=lambda r: r.outcome.timestep,
     )
     table: str | None = observable(
-        "interpolation of the bond table; null without one", run=lambda r: r.table.get("style")
+        "interpolation of the bond table; null without a table", run=lambda r: r.table.get("style")
     )
     table_points: int | None = observable(
-        "rows of the bond table; null without one", run=lambda r: r.table.get("rows")
+        "number of rows of the bond table; null without a table", run=lambda r: r.table.get("rows")
     )
     duration: float = observable(
-        "simulated time from the first contact to the end",
+        "simulated time from the first contact to the end of the run",
         unit="time",
         run=lambda r: r.outcome.duration,
     )
     seconds: float = observable(
-        "wall-clock time of the run that gave the number",
+        "wall-clock time of the run that gave the result",
         TextRow(
             "time",
             "{0.seconds:.3g} s for this run, {0.seconds_total:.3g} s with set-up and checks",
@@ -85,18 +87,18 @@ class Making:
         run=lambda r: r.outcome.seconds,
     )
     seconds_total: float = observable(
-        "wall-clock time of everything: set-up, tables, runs for the error bar",
+        "total wall-clock time, including set-up, tables and runs for the error bar",
         unit="s",
         run=lambda r: r.seconds_total,
     )
     scene_sha256: str = observable(
-        "hash of all that decides the result", run=lambda r: r.scene.sha256
+        "SHA-256 of all settings that determine the result", run=lambda r: r.scene.sha256
     )
     versions: dict[str, str] = observable(
-        "versions of Python, chaincor and the libraries behind the number",
+        "versions of Python, chaincor and the libraries that computed the result",
         run=lambda r: r.versions,
     )
     details: dict[str, Any] = observable(
-        "facts of some runs only: certificate of the table, choice of numerics, pilot run",
+        "further information about some runs: check of the table, choice of numerics, pilot run",
         run=lambda r: r.outcome.details | r.details,
     )

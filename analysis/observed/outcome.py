@@ -31,8 +31,8 @@ class MeasuredOutcome:
     """Observables of the outcome of a collision."""
 
     restitution: float = observable(
-        "K_r/K_i, final over initial kinetic energy of the centre of mass; with a free target, of "
-        "the relative motion",
+        "K_r/K_i, the ratio of the final to the initial kinetic energy of the centre of mass; "
+        "with a free target, the ratio of these energies of the relative motion",
         TextRow(
             "restitution (energy)",
             lambda o: lines.restitution_text(
@@ -51,15 +51,17 @@ class MeasuredOutcome:
         axis=r"restitution $\eta = K_r/K_i$",
     )
     restitution_error: float | None = observable(
-        "error bar, how far eta may be from the exact number; null where it was not asked for",
+        "error bar, the largest expected difference between eta and its exact value; null if no "
+        "error bar was requested",
         symbol="+-",
         run=lambda r: r.bar.total,
         dump=lambda a: a.restitution_error,
-        in_dumps="error bar of eta; null where neither the run's log nor a second run tells it",
+        in_dumps="error bar of eta; null if neither the log of the run nor a second run gives it",
         axis=r"error bar of $\eta$",
     )
     kinematic_restitution: float = observable(
-        "sqrt(eta), final over initial speed of the centre of mass; most other texts mean this one",
+        "sqrt(eta), the ratio of the final to the initial speed of the centre of mass, which most "
+        "other texts call the coefficient of restitution",
         TextRow(
             "restitution (speed)",
             lambda o: lines.root_text(
@@ -78,7 +80,7 @@ class MeasuredOutcome:
         axis=r"kinematic restitution $e = \sqrt{\eta}$",
     )
     contacts: int = observable(
-        "how often particle 1 meets the wall or the target, the first time included",
+        "number of times that particle 1 hits the wall or the target, including the first contact",
         TextRow(
             "contacts",
             lambda o: (
@@ -91,23 +93,24 @@ class MeasuredOutcome:
         ),
         run=lambda r: len(r.outcome.contact_times),
         dump=lambda a: a.contacts,
-        in_dumps="how often particle 1 meets the wall or the target, the first time included; null "
-        "where the frames are too far apart to count",
+        in_dumps="number of times that particle 1 hits the wall or the target, including the "
+        "first contact; null if the frames are too far apart to count contacts",
     )
     contacts_range: tuple[int, int] | None = observable(
-        "fewest and most contacts of the runs that were compared, where these disagree",
+        "smallest and largest number of contacts in the runs for the error bar, if these numbers "
+        "differ",
         rare=True,
         run=lambda r: r.contacts_range,
     )
     last_contact_time: float = observable(
-        "time of the last contact, counted from the first, in units of sqrt(mass/stiffness)",
+        "time from the first contact to the last contact, in units of sqrt(mass/stiffness)",
         unit="time",
         symbol="t",
         run=lambda r: float(r.outcome.contact_times[-1]),
         dump=lambda a: a.contact_statistics.last_time,
     )
     last_contact_error: float | None = observable(
-        "error bar of the time of the last contact, where it is known",
+        "error bar of the time of the last contact, if known",
         unit="time",
         symbol="+-",
         rare=True,
@@ -120,9 +123,9 @@ class MeasuredOutcome:
         run=lambda r: r.outcome.tracked.get("largest_overlap"),
     )
     ending: str = observable(
-        "how sure it is that no further contact comes: proved (energy and momentum rule it out), "
-        "argued (it is very unlikely), or open (another contact may still come; the error bar "
-        "allows for it)",
+        "whether another contact can come: proved (energy and momentum exclude another contact), "
+        "argued (another contact is very unlikely), or open (another contact may still come; "
+        "the error bar allows for it)",
         TextRow(
             "end",
             lambda o: lines.ending_text(o.ending, missed=o.tolerance_met is False),
@@ -130,7 +133,8 @@ class MeasuredOutcome:
         ),
         run=lambda r: r.outcome.ending.kind,
         dump=lambda a: a.ending,
-        in_dumps="how sure it is that no contact follows the last frame: proved, argued, or null",
+        in_dumps="whether a contact can follow the last frame: proved (none can), argued (very "
+        "unlikely), or null",
     )
     velocity_after: float | None = observable(
         "velocity of the chain's centre of mass after the collision, or in a dump's last frame",
@@ -178,7 +182,8 @@ class MeasuredOutcome:
         "all other energy of the target", "target", "vibration"
     )
     bond_min: float = observable(
-        "shortest bond from the first contact to the last, at the ends of steps, 1 at rest",
+        "shortest bond length at the end of any step from the first contact to the last contact; "
+        "the natural length is 1",
         TextRow(
             "bond lengths",
             lambda o: lines.bond_lengths(o.bond_min, o.bond_max, o.bond_error),
@@ -191,25 +196,25 @@ class MeasuredOutcome:
         in_dumps="shortest bond in any frame",
     )
     bond_max: float = observable(
-        "longest bond in the same time",
+        "longest bond length at the end of any of these steps",
         unit="length",
         run=lambda r: r.bond_length(1),
         dump=lambda a: a.bond_max,
         in_dumps="longest bond in any frame",
     )
     bond_error: float | None = observable(
-        "how much shorter and longer bonds may have been between the ends of steps; null where "
-        "steps have no fixed length",
+        "largest amount by which bonds may have been shorter or longer between the ends of steps; "
+        "null if steps have no fixed length",
         unit="length",
         symbol="+-",
         run=lambda r: r.bond_error(),
     )
     bond_range_source: str = observable(
-        "which run tells the shortest and longest bond", run=lambda r: r.bond_range_source
+        "run that gives the shortest and longest bond length", run=lambda r: r.bond_range_source
     )
     energy_drift: float = observable(
-        "(E_end - E_start)/E_start of the total energy E, with the energy that damping took; 0 for "
-        "exact motion",
+        "(E_end - E_start)/E_start, where the total energy E includes the energy dissipated by "
+        "damping; 0 for exact motion",
         TextRow(
             "energy drift",
             "{0.energy_drift:.1e}",
@@ -219,16 +224,16 @@ class MeasuredOutcome:
         dump=lambda a: a.energy_drift,
     )
     dissipated_energy: float | None = observable(
-        "energy that the damping of beads took until the last contact ended; by LAMMPS, the energy "
-        "that is missing then",
+        "energy that the damping of beads has dissipated by the end of the last contact; with "
+        "LAMMPS, the energy that is missing at this time",
         TextRow("damping took", lambda o: f"{o.dissipated_energy:.6g}", words=("dissipated",)),
         unit="energy",
         rare=True,
         run=lambda r: r.outcome.dissipated,
     )
     momentum_residual: float = observable(
-        "distance of the momentum at the end from what the contacts explain, as a share of the "
-        "initial momentum, which is n v0 for unit masses; 0 for exact motion",
+        "difference between the final momentum and the momentum that the contacts explain, "
+        "divided by the initial momentum, which is n v0 for unit masses; 0 for exact motion",
         TextRow(
             "momentum residual",
             "{0.momentum_residual:.1e} of the initial momentum",
@@ -239,8 +244,8 @@ class MeasuredOutcome:
         dump=lambda a: a.momentum_residual,
     )
     fragments: int = observable(
-        "number of pieces of the chain; a bond is broken where the two sides move apart with more "
-        "energy than the bond can hold",
+        "number of pieces of the chain; a bond is broken if its two sides move apart with more "
+        "energy than is needed to break it",
         TextRow(
             "fragments",
             lambda o: (
@@ -251,8 +256,8 @@ class MeasuredOutcome:
         run=lambda r: r.outcome.fragments,
     )
     crossed: bool = observable(
-        "whether particles passed through each other, as the formula of their bonds allows; atoms "
-        "cannot",
+        "whether particles passed through each other, which the formulas of some bonds allow, but "
+        "which real atoms cannot do",
         TextRow(
             "crossed",
             lambda o: (
@@ -262,7 +267,7 @@ class MeasuredOutcome:
         run=lambda r: r.outcome.crossed,
     )
     reference_restitution: float | None = observable(
-        "eta by the reference engine, for a run by LAMMPS with a tolerance",
+        "eta computed by the reference engine, for a LAMMPS run with a tolerance",
         TextRow(
             "reference engine",
             lambda o: lines.restitution_text(
@@ -276,7 +281,7 @@ class MeasuredOutcome:
         run=lambda r: r.details.get("choice", {}).get("reference_restitution"),
     )
     reference_error: float | None = observable(
-        "error bar of eta by the reference engine",
+        "error bar of the reference engine's eta",
         rare=True,
         run=lambda r: r.details.get("choice", {}).get("reference_error"),
     )
@@ -288,7 +293,7 @@ class MeasuredOutcome:
         dump=lambda a: a.contact_times,
     )
     contact_speeds: FloatArray = observable(
-        "speeds at which particle 1 comes in, relative to a free target's first particle",
+        "speeds of particle 1 just before its contacts, relative to a free target's first particle",
         unit="speed",
         shape="(contacts,)",
         run=lambda r: r.outcome.contact_speeds,
@@ -302,7 +307,7 @@ class MeasuredOutcome:
         run=lambda r: r.mode_energies,
         dump=lambda a: a.mode_energies,
         in_dumps="energies E_j of the modes in the last frame; modes whose frequencies agree to "
-        "rounding share theirs evenly",
+        "rounding share their energy equally",
     )
     velocities: FloatArray = observable(
         "velocities after the last contact, positive away from the wall",

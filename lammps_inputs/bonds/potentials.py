@@ -240,7 +240,8 @@ class BondKeys(BaseModel):
     )
     power_c: Number | None = Field(
         default=None,
-        description="its coefficient: positive for even order, negative for odd",
+        description="coefficient of the power bond's anharmonic term: positive for even order, "
+        "negative for odd order",
         json_schema_extra={
             "form": ["Coefficient c", 1, "scene.power_order % 2 ? [-1e3, -1e-3] : [1e-3, 1e3]"]
         },

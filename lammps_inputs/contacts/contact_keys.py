@@ -17,8 +17,8 @@ class _ContactKey(BaseModel):
 
     contact: ContactName | None = Field(
         default=None,
-        description="hard bodies, or soft ones, which repel with the force K d^q where they "
-        "overlap by d [default: hard]",
+        description="hard bodies, or soft bodies that repel each other with the force K d^q if "
+        "they overlap by d [default: hard]",
     )
 
 

@@ -63,10 +63,11 @@ class ChainKeys(BondKeys):
     )
     energy: str | None = Field(
         default=None,
-        description="U as a formula of the strain s, or the length r, for potential formula",
+        description="bond energy as a formula in the strain s or the length r, for potential "
+        "formula",
     )
     parameters: GivenParameters | None = Field(
-        default=None, description="numbers for the other names in the formula, such as D=0.0139,a=6"
+        default=None, description="values of the parameters in the formula, such as D=0.0139,a=6"
     )
     particles: ParticleCount = Field(default=100, description="number of particles in the chain")
 
@@ -81,14 +82,14 @@ class TargetKeys(BaseModel):
     )
     diameters: Masses | None = Field(
         default=None,
-        description="diameters of hertz beads, from the contact outward, repeated along them; they "
-        "set the stiffness of contacts and, as their cubes, masses that are not given "
-        "[default: 1]",
+        description="diameters of hertz beads, from the contact outward, repeated along the "
+        "column; they determine the stiffness of the contacts, and their cubes are the default "
+        "masses [default: 1]",
     )
     target_particles: ParticleCount | None = Field(
         default=None,
-        description="number of particles of a free body at rest, with the same bonds, that "
-        "replaces the wall",
+        description="number of particles of a free body that replaces the wall; the body is at "
+        "rest and has the same bonds as the chain",
     )
     target_masses: Masses | None = Field(
         default=None,
@@ -105,15 +106,16 @@ class StateKeys(BaseModel):
         "the columns position or strain, velocity, mass",
     )
     compression: Compression | None = Field(
-        default=None, description="fraction by which all bonds of the chain are compressed at first"
+        default=None,
+        description="fraction by which all bonds of the chain are compressed at the start",
     )
     temperature: Temperature | None = Field(
         default=None,
-        description="k_B T at which both bodies are in equilibrium at first: bond lengths and "
+        description="k_B T of both bodies at the start, in thermal equilibrium; bond lengths and "
         "velocities are drawn at random [default: cold]",
     )
     seed: Seed | None = Field(
-        default=None, description="seed of the random first state, a whole number [default: 1]"
+        default=None, description="seed of the random initial state, an integer [default: 1]"
     )
 
 
@@ -131,10 +133,14 @@ class SpeedKeys(BaseModel):
 class EngineKeys(BaseModel):
     """Keys for the engine and its accuracy."""
 
-    engine: Engine = Field(default="lammps", description="who integrates the motion")
+    engine: Engine = Field(
+        default="lammps",
+        description="program that integrates the motion: "
+        "LAMMPS, or chaincor's own reference engine",
+    )
     tolerance: Annotated[
         ToleranceNumber | None, Excludes(("wall", "scheme", "timestep", "table", "table_points"))
-    ] = Field(default=None, description="absolute error asked of the restitution [default: 1e-6]")
+    ] = Field(default=None, description="absolute error allowed in the restitution [default: 1e-6]")
 
 
 class NumericsKeys(BaseModel):
@@ -142,7 +148,8 @@ class NumericsKeys(BaseModel):
 
     wall: Wall | None = Field(
         default=None,
-        description="impact-located wall, or the stock fix wall/reflect [default: event]",
+        description="wall that ends a step at the impact, or LAMMPS's fix wall/reflect [default: "
+        "event]",
     )
     scheme: Scheme | None = Field(
         default=None,
@@ -158,13 +165,14 @@ class NumericsKeys(BaseModel):
     )
     table: TableStyle | None = Field(
         default=None,
-        description="interpolation of the tabulated bond [default: spline; linear for kinks]",
+        description="interpolation in the table of the bond [default: spline; linear for kinks]",
     )
     table_points: TableRows | None = Field(
-        default=None, description="rows of the tabulated bond [default: as the scene needs]"
+        default=None,
+        description="number of rows in the table of the bond [default: as the scene needs]",
     )
     error: bool = Field(
-        default=True, description="run again at H/2 and two other steps for the error bar"
+        default=True, description="repeat the run at H/2 and two other steps for the error bar"
     )
 
 
@@ -174,8 +182,8 @@ class FileKeys(BaseModel):
     dump: FilePath | None = Field(default=None, description="write the motion to this LAMMPS dump")
     dump_frames: FrameCount = Field(
         default=20.0,
-        description="frames of the dump per sound crossing of the chain, or 'contacts' for one "
-        "after each",
+        description="number of frames in the time that sound needs to cross the chain, or "
+        "'contacts' for one frame after each contact",
     )
     save: FilePath | None = Field(default=None, description="keep the LAMMPS job in this folder")
     arrays: FilePath | None = Field(default=None, description="write the arrays to this NPZ file")
@@ -204,12 +212,10 @@ def _keys_with(kind: Any) -> tuple[str, ...]:
 # Groups of options in the help, with titles and keys.
 GROUPS: dict[str, tuple[str, ...]] = {
     "What collides": keys_of(ChainKeys),
-    "Bodies that are more than a cold chain of equal masses and a hard wall": keys_of(
-        TargetKeys, ContactKeys, StateKeys
-    ),
-    "How fast": keys_of(SpeedKeys),
-    "Who integrates, and how exactly": keys_of(EngineKeys),
-    "Numerics of your own, in place of a tolerance": keys_of(NumericsKeys),
+    "Masses, target, contact and initial state": keys_of(TargetKeys, ContactKeys, StateKeys),
+    "Impact speed": keys_of(SpeedKeys),
+    "Engine and accuracy": keys_of(EngineKeys),
+    "Explicit numerics, instead of a tolerance": keys_of(NumericsKeys),
     "Files to write": keys_of(FileKeys),
 }
 BODY_KEYS = keys_of(TargetKeys, ContactKeys, StateKeys)

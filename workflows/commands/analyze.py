@@ -64,7 +64,7 @@ if TYPE_CHECKING:
     click.Choice(["-x", "+x"]),
 )
 @option("--length L|auto", "natural length of a bond; auto takes it from the first frame")
-@option("--mass M", "of a particle, for --units", float)
+@option("--mass M", "mass of a particle, for --units", float)
 @option("--stiffness K", "stiffness of a bond at rest, for --units", float)
 @option(
     "--units",
@@ -92,15 +92,15 @@ def analyze(
     Turn the dump of a LAMMPS job into restitution, contacts, modes and plots.
 
     DIR is the folder of a job that 'chaincor inputs' or you wrote. Its dump (text, gzip or binary)
-    needs at least the columns 'id x vx'. A data file is optional. Lengths are in units of the
-    natural bond length, and the wall is at x = 0. ASE reads trajectories with velocities in
+    needs at least the columns 'id x vx'. A data file is optional. By default, lengths are in units
+    of the natural bond length, and the wall is at x = 0. ASE reads trajectories with velocities in
     .extxyz, .xyz and .traj, and MDAnalysis reads .trr, .nc and .ncdf.
 
-    If DIR contains several folders with the same collision at different time steps, the run with
-    the smallest step is analysed. Its error is found from the other runs.
+    If DIR contains several folders with the same collision at different time steps, the command
+    analyses the run with the smallest step, and finds its error from the other runs.
 
-    A free target is analysed like the chain. Contacts of soft bodies are not counted, because they
-    last for a finite time.
+    The command analyses a free target like the chain. It does not count contacts of soft bodies,
+    because these contacts last for a finite time.
 
     The exit status is 1, with a note, if the results contradict physics. Examples are a restitution
     larger than the energy of the first frame allows (1 for a chain without vibrations), and a

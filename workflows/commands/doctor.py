@@ -18,8 +18,9 @@ def doctor(as_json: bool, warm: bool) -> None:
     """
     Check whether this machine can run chaincor, and list what each command lacks.
 
-    A library in brackets is needed only for some uses of a command. With --warm, compiled loops are
-    cached. The first collision with a named bond then takes no longer than later collisions.
+    A library in brackets is needed only for some uses of a command. With --warm, the command
+    compiles the loops of all named bonds beforehand. The first collision with such a bond then
+    takes no longer than later collisions.
     """
     from chaincor.workflows.machine import command_needs, examine, warm_up
 

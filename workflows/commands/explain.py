@@ -32,7 +32,7 @@ def explain(words: tuple[str, ...]) -> None:
     if not words:
         for name, text in ALL_TERMS.items():
             _paragraph(f"{name}: {text}.")
-        _paragraph(f"errors; `chaincor explain` takes each name: {', '.join(errors)}")
+        _paragraph(f"names of errors, which `chaincor explain NAME` explains: {', '.join(errors)}")
         return
     word = " ".join(words)
     names = {**{name: name for name in (*ALL_TERMS, *errors)}, **OTHER_NAMES}

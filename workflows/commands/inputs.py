@@ -27,14 +27,19 @@ from chaincor.workflows.grids.submission import SCHEDULERS
     click.Choice(SCHEDULERS),
 )
 @option("--site FILE", "lines for the head of a sweep file's submit script")
-@option("--jobs-per-task N", "jobs of a sweep file that a task of an array runs", ONE_OR_MORE)
+@option(
+    "--jobs-per-task N",
+    "number of jobs that each task of a job array runs, for a sweep file",
+    ONE_OR_MORE,
+)
 @option("--at-once N", "largest number of simultaneous tasks for a sweep file", ONE_OR_MORE)
 @option("--dry-run", "print the script and write nothing")
 @option("--frames", "also dump the motion; --dump-frames sets the number of frames", name="dump")
 @option("--contacts", "also write the list of contacts to contacts.txt")
 @option(
     "--restartable",
-    "let the job save its state ('-var restart 20' sets how often) and resume ('-var resume 1')",
+    "let the job write restart files (with '-var restart 20', after every 20 contacts) and resume "
+    "('-var resume 1')",
 )
 @option(
     "--guards",
@@ -42,11 +47,15 @@ from chaincor.workflows.grids.submission import SCHEDULERS
 )
 @option(
     "--table-range LOW HIGH",
-    "range of bond lengths that the table covers at least, for faster chains by -var velocity",
+    "range of bond lengths that the table must cover, for faster chains by -var velocity",
     float,
     nargs=2,
 )
-@option("--plain", "write only LAMMPS's own commands: about twenty, without an error bar")
+@option(
+    "--plain",
+    "write a short script of about twenty commands, with LAMMPS's own wall and "
+    "without an error bar",
+)
 @option("--explain", "explain every command in a comment")
 @option("--force", "replace the files of an existing job")
 def inputs(

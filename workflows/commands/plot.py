@@ -50,8 +50,8 @@ def plot(
     """
     Draw curves or a heat map from stores, or from folders of shards.
 
-    Scenes that differ in columns other than the axes belong to different curves. Means are taken
-    only over the column given by --mean.
+    Scenes that differ in columns other than the axes belong to different curves. The command
+    averages only over the column given by --mean.
     """
     from chaincor.analysis.atomic_write import written_aside
     from chaincor.analysis.output_paths import judge_output

@@ -42,18 +42,18 @@ Examples:
 @option("--most-hours H", "time limit in hours [default: 24]", POSITIVE)
 @option(
     "--samples N",
-    "run N seeds of a scene with a temperature, and print the mean of eta and its standard error",
+    "run a scene with a temperature for N seeds, and print the mean of eta and its standard error",
     ONE_OR_MORE,
 )
 @option(
     "--precision P",
-    "wanted standard error of the mean of --samples; the output says how "
-    "many more samples are needed [default: 0.01]",
+    "wanted standard error of the mean of eta, with --samples; the output says how many more "
+    "samples are needed [default: 0.01]",
     POSITIVE,
 )
 @option(
     "--workers N",
-    "number of --samples that run at the same time [default: cores]",
+    "number of worker processes, with --samples [default: one per core]",
     ONE_OR_MORE,
 )
 @option(

@@ -30,7 +30,11 @@ _COLUMNS = (
 @option(
     "--where COND", "choose rows by a condition, such as potential=lj or speed<0.5", multiple=True
 )
-@option("--sort A,-B", "-B: largest first", default="potential,particles,velocity")
+@option(
+    "--sort A,-B",
+    "columns to sort by; -B puts the largest values first",
+    default="potential,particles,velocity",
+)
 @option(
     "--limit N",
     "largest number of rows; 0 for all [default: 100]",

@@ -74,8 +74,8 @@ def sweep(
     """
     Run many collisions into a store.
 
-    Results in the store are not computed again. After an interruption, repeat the same command.
-    SWEEP.toml contains a base [scene], and [axes] over fields of the scene, such as
+    Results in the store are not computed again. After an interruption, repeat the same command. In
+    SWEEP.toml, [scene] gives the keys that all collisions share, and [axes] the keys that vary:
 
     \b
     [scene]

@@ -29,9 +29,9 @@ from chaincor.workflows.commands.options import (
 )
 @option(
     "--vary NAME=FROM:TO:COUNT",
-    "vary something else, coarsest value first: a variable of the script, "
-    "timestep, cutoff, skin or rows; or seed=N, ranks=1,2,4, lastdigit "
-    "[default: the time step, from 2 times to 1/4 of the script's]",
+    "vary another setting, coarsest value first: a variable of the script, timestep, cutoff, skin "
+    "or rows; or seed=N, ranks=1,2,4, lastdigit [default: the time step, from 2 times to 1/4 of "
+    "the script's step]",
 )
 @option(
     "--fix NAME=VALUE,VALUE",

@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 @scene_options("engine", *OUTPUT_KEYS)
 @option(
     "--against MODULE:FUNCTION|FILE|DIR",
-    "what to compare: your integrator as MODULE:FUNCTION (its code is "
-    "run), its output as CSV or NPZ, or your own LAMMPS result, which is a "
-    "job's folder, a dump, or a log with a line 'restitution = '",
+    "what to compare: your integrator as MODULE:FUNCTION (chaincor runs its code), the output of "
+    "your integrator as CSV or NPZ, or your own LAMMPS result, which is a job's folder, a dump, "
+    "or a log with a line 'restitution = '",
 )
 @option(
     "--timeout S", f"time limit of your function, in seconds [default: {USER_TIMEOUT:g}]", POSITIVE
 )
 @option(
     "--grid",
-    "compare a grid of potentials, sizes and speeds; for LAMMPS also "
+    "compare the results for a grid of potentials, chain lengths and speeds; for LAMMPS also "
     "masses, free targets, soft contacts and compressed chains",
 )
 @option(

@@ -121,8 +121,8 @@ def test_help_of_run_has_groups_defaults_and_examples(chaincor):
     heads = [line for line in out.splitlines() if line.endswith(":") and line[0] != " "]
     assert heads[:3] == [
         "What collides:",
-        "Bodies that are more than a cold chain of equal masses and a hard wall:",
-        "How fast:",
+        "Masses, target, contact and initial state:",
+        "Impact speed:",
     ]
     assert out.count("--particles N") == 1
     plain = " ".join(out.split())

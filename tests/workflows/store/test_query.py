@@ -150,7 +150,7 @@ def test_a_crate_says_what_it_holds_and_what_made_it(tmp_path, make_attempt):
     header, _row = (tmp_path / "crate" / table.id).read_text().splitlines()
     columns = {e["name"]: e["description"] for e in crate.get_by_type("PropertyValue")}
     assert list(columns) == header.split(",")
-    assert "final over initial kinetic energy" in columns["restitution"]
+    assert "ratio of the final to the initial kinetic energy" in columns["restitution"]
     software = {e["name"]: e["softwareVersion"] for e in crate.get_by_type("SoftwareApplication")}
     assert software["numpy"] == np.__version__
     (computation,) = crate.get_by_type("CreateAction")
