@@ -60,11 +60,16 @@ def rows_of(result: Any, *, dump: bool = False, closing: bool = False) -> list[t
 
 
 def _definition(row: TextRow, of: Observable) -> str:
-    """Return the meaning of a printed line, from the meanings of its observables."""
+    """Return the meaning of a printed line, with a sentence for each of its observables."""
     if row.definition is not None:
         return row.definition
-    shown = [OBSERVABLES[name].meaning for name in row.also]
-    return "; ".join([of.meaning, *shown])
+    shown = [OBSERVABLES[name] for name in row.also]
+    # Symbols, such as "t = time", keep their case.
+    sentences = [
+        each.meaning if each.symbol else each.meaning[:1].upper() + each.meaning[1:]
+        for each in shown
+    ]
+    return ". ".join([of.meaning, *sentences])
 
 
 def _terms(observables: Iterable[Observable]) -> dict[str, str]:
