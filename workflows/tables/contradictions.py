@@ -5,6 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array, Mask
+from chaincor.workflows.tables.energy_faults import (
+    ROUGH_ENERGIES,
+    energies_are_rough,
+    reversed_energies,
+)
 from chaincor.workflows.tables.interpolation_causes import TableFaultCause, rounded_lengths
 from chaincor.workflows.tables.judge import Judge
 from chaincor.workflows.tables.lammps_curve import TableData
@@ -61,7 +66,13 @@ def cause_of_contradiction(judge: Judge, wrong: Mask, where: str) -> TableFaultC
         return jump
     before = _difference(judge, wrong)
     best, least = None, _EXPLAINS * before
-    for test in [*_sign_and_factor(judge, wrong), *_of_forces(judge), *_of_lengths(judge)]:
+    tests = [*_sign_and_factor(judge, wrong), *_of_forces(judge), *_of_lengths(judge)]
+    is_rough = energies_are_rough(judge, wrong)
+    if is_rough:  # smooth forces are not wrong in a part of the rows
+        in_part = ("sign", "shifted column")
+        tests = [test for test in tests if not (test.where and test.cause.name in in_part)]
+    tests += [_Test(*correction) for correction in reversed_energies(judge)]
+    for test in tests:
         after = _difference(replace(judge, table=test.undone), wrong)
         if after < least:
             best, least = test, after
@@ -69,11 +80,13 @@ def cause_of_contradiction(judge: Judge, wrong: Mask, where: str) -> TableFaultC
         cause, place = best.cause, best.where
     else:
         place = where
-        cause = _differences_of_energies(judge, wrong) or TableFaultCause(
+        other = TableFaultCause(
             "other forces",
             "the forces belong to other energies",
             "recompute the force column as -dE/dr",
         )
+        other = ROUGH_ENERGIES if is_rough else other
+        cause = _differences_of_energies(judge, wrong) or other
     return cause._replace(said=f"{cause.said} {place}".rstrip())
 
 
@@ -169,7 +182,11 @@ def _sign_and_factor(judge: Judge, wrong: Mask) -> list[_Test]:
             "sign", "the forces have the wrong sign", "multiply the force column by -1"
         )
         tests = _in_whole_or_part(judge, forces, cause, "multiply these forces by -1")
-        if judge.table.kind != "dihedral" and judge.table.forces[0] > 0.0:
+        if judge.table.kind not in ("bond", "pair"):
+            said = "forces and energies have opposite signs"
+            help_ = "multiply the column with the wrong sign by -1"
+            tests[0] = replace(tests[0], cause=TableFaultCause("sign", said, help_))
+        elif judge.table.forces[0] > 0.0:
             # The first force is repulsive, as it should be, so the energies are wrong.
             said = "the energies have the wrong sign"
             cause = TableFaultCause("sign", said, "multiply the energy column by -1")

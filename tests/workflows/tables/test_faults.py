@@ -110,6 +110,43 @@ def test_a_part_of_reversed_forces_is_located(tmp_path, part):
     assert [float(x) for x in found.groups()] == pytest.approx(part, abs=2 * 1.4 / 399 + 1e-3)
 
 
+def _changed(data, change):
+    energies = data[:, 1].copy()
+    change(energies)
+    return np.column_stack([data[:, 0], energies, data[:, 2]])
+
+
+def _negate(energies):
+    energies[250:300] *= -1.0
+
+
+def _raise_one(energies):
+    energies[150] += 0.5
+
+
+def _raise_beyond(energies):
+    energies[150:] += 0.5
+
+
+def _shift_beyond(energies):
+    energies[150:-1] = energies[151:]
+
+
+# Advice to change the forces would spoil them.
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (_negate, "the energies have the wrong sign between"),
+        (_raise_one, "but the energies jump between"),
+        (_raise_beyond, "but the energies jump between"),
+        (_shift_beyond, "but the energies jump between"),
+    ],
+)
+def test_smooth_forces_are_not_blamed_for_wrong_energies(tmp_path, change, said):
+    path = write(tmp_path / "t", spoil=lambda d, h: h.pop("FP") and _changed(d, change))
+    assert said in check_table(path).summary
+
+
 def test_a_shift_of_half_a_column_is_no_factor(tmp_path):
     def spoil(data, header):
         header.pop("FP")
