@@ -22,6 +22,7 @@ import math
 from collections.abc import Iterable, Iterator
 from copy import deepcopy
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -44,12 +45,17 @@ _Z = np.arange(math.log(5e-12), math.log(42.0 / _SOONEST), 0.3)
 _U = np.exp(_Z)
 _RATES = 2j - _U
 _WEIGHTS = -0.3 * _U**1.5 * np.sqrt(4j - _U) / (math.pi * _RATES)
-# The interval between steady contacts is 2.1 to 2.5. Between two contacts x rises and falls once,
-# and is sampled at these times.
-_ARCH = np.arange(1.0, 3.0, 0.25)
+# The interval between steady contacts is 2.1 to 2.5, and up to 3.2 if the push decreases. Between
+# two contacts x rises and falls once, and is sampled at these times.
+_ARCH = np.arange(1.0, 3.6, 0.25)
 _TURNS = np.exp(_ARCH[:, None] * _RATES)
+# After this number of contacts, two intervals predict the next one.
+_REGULAR = 30
 # Near the end of the push, contacts may be slow and soon follow each other.
 _LOOK = 0.1
+
+
+_Time = TypeVar("_Time", float, Array)
 
 
 @dataclass(frozen=True)
@@ -68,15 +74,27 @@ class PressedEnd:
     Motion of particle 1 in a half-infinite chain that hits a wall, and its contacts.
 
     `times` are the times of the contacts, and `momenta` the momentum 2 v of each contact.
+
+    Parameters
+    ----------
+    decline : float
+        Rate at which the push decreases from 1.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, decline: float = 0.0) -> None:
         self.times, self.momenta = [0.0], [2.0]
-        #: Lead of the front: the momentum from the wall minus the time.
+        #: Push at the last contact, and its rate of decrease.
+        self.push, self._decline = 1.0, decline
+        #: Lead of the front: the momentum from the wall minus the integral of the push.
         self.surplus = 2.0
         self._state = 2.0 * _WEIGHTS
 
-    def next_contact(self, echo: "_EchoOfChain | None" = None, until: float = math.inf) -> bool:
+    def next_contact(
+        self,
+        echo: "_EchoOfChain | None" = None,
+        until: float = math.inf,
+        steady: bool = True,
+    ) -> bool:
         """
         Advance to the next contact and apply it; return whether there was a contact.
 
@@ -86,26 +104,49 @@ class PressedEnd:
             Echo of the free end.
         until : float
             Time at which the search stops.
+        steady : bool
+            Whether contacts without an echo are regular. If False, x is searched in small steps.
         """
-        bracket = self._arch() if echo is None else self._search(echo, until - self.times[-1])
-        if bracket is None or self.times[-1] + bracket[0] > until:
+        flown = self._steady_flight() if echo is None and steady else 0.0
+        if not flown:
+            bracket = self._search(echo, until - self.times[-1])
+            if bracket is None:
+                return False
+            flown = self._root(*bracket, echo)
+        if self.times[-1] + flown > until:
             return False
-        flown = self._root(*bracket, echo)
         momentum = -2.0 * self._motion(flown, echo)[1]
         self._state = self._state * np.exp(_RATES * flown) + momentum * _WEIGHTS
-        self.surplus += momentum - flown
+        self.surplus += momentum - self._pushed(flown)
+        self.push -= self._decline * flown
         self.times.append(self.times[-1] + flown)
         self.momenta.append(momentum)
         return True
 
+    def _steady_flight(self) -> float:
+        """Return the time to the next of regular contacts."""
+        if len(self.times) > _REGULAR:
+            before, last = np.diff(self.times[-3:])
+            flown = 2.0 * last - before
+            for _ in range(6):
+                place, speed = self._motion(flown, None)
+                flown -= place / speed
+                if abs(place) < 1e-12 * abs(speed) and abs(flown - last) < 0.01:
+                    return float(flown)
+        return self._root(*self._arch(), None)
+
     def _arch(self) -> tuple[float, float]:
         """Return two times that enclose the next x = 0, for steady contacts."""
-        places = self.surplus - _ARCH + (_TURNS @ self._state).real
+        places = self.surplus - self._pushed(_ARCH) + (_TURNS @ self._state).real
         first = int(np.argmax(places <= 0.0))
-        assert first > 0, "steady contacts are more than 1 and less than 2.75 apart"
+        assert first > 0, "steady contacts are more than 1 and less than 3.5 apart"
         return float(_ARCH[first - 1]), float(_ARCH[first])
 
-    def _search(self, echo: "_EchoOfChain", longest: float) -> tuple[float, float] | None:
+    def _pushed(self, flown: _Time) -> _Time:
+        """Return the integral of the push over a time after the last contact."""
+        return (self.push - 0.5 * self._decline * flown) * flown
+
+    def _search(self, echo: "_EchoOfChain | None", longest: float) -> tuple[float, float] | None:
         """Return two times that enclose the first x = 0, or None if x does not vanish."""
         early = _SOONEST
         place, speed = self._motion(early, echo)
@@ -123,7 +164,7 @@ class PressedEnd:
             early, speed = late, later_speed
         return None
 
-    def _lowest(self, early: float, late: float, echo: "_EchoOfChain") -> float:
+    def _lowest(self, early: float, late: float, echo: "_EchoOfChain | None") -> float:
         """Return the time at which x is smallest, by bisection."""
         for _ in range(40):
             middle = 0.5 * (early + late)
@@ -136,8 +177,8 @@ class PressedEnd:
     def _motion(self, flown: float, echo: "_EchoOfChain | None") -> tuple[float, float]:
         """Return x and its rate at a time after the last contact."""
         turned = self._state * np.exp(_RATES * flown)
-        place = self.surplus - flown + float(turned.sum().real)
-        speed = -1.0 + float((_RATES * turned).sum().real)
+        place = self.surplus - self._pushed(flown) + float(turned.sum().real)
+        speed = self._decline * flown - self.push + float((_RATES * turned).sum().real)
         if echo is not None:
             back, rate = echo.of(self.times[-1] + flown, self.times, self.momenta)
             place, speed = place + back, speed + rate

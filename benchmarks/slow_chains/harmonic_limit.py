@@ -9,6 +9,7 @@ interrupted run can be repeated and keeps the finished chains.
 """
 
 import argparse
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +17,14 @@ import numpy as np
 from benchmarks.slow_chains.growing_table import growing_table
 from chaincor.analysis.slow_chains.harmonic import collide_long_chains, front_lead
 from chaincor.analysis.theory import harmonic_dissipation_limit
+from chaincor.lammps_inputs.arrays import Array
 
 TABLE = Path(__file__).with_name("harmonic_limit.csv")
 HEADER = ["particles", "loss", "contacts", "last_contact_time"]
 SIZES = [100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000]
 SPREAD = np.linspace(0.94, 1.06, 13)
+# Powers of n for the remainder in the fits: neglected terms, and the end of the push for n -> inf.
+_REMAINDERS = (-2.0 / 3.0, -8.0 / 15.0)
 
 
 def measure(sizes: list[int]) -> None:
@@ -33,42 +37,50 @@ def measure(sizes: list[int]) -> None:
             add([[*row, f"{chain.last_contact_time:.4f}"]])
 
 
-def fit() -> None:
-    """Print means by size, and extrapolations of the means."""
+def means() -> tuple[Array, Array, Array]:
+    """Return sizes, means of n^(2/3) (1 - eta), and errors of the means."""
     rows = np.loadtxt(TABLE, delimiter=",", skiprows=1, usecols=(0, 1))
     particles, loss = rows[np.argsort(rows[:, 0])].T
-    factor, lead = particles ** (2.0 / 3.0) * loss, front_lead()
-    groups = factor.reshape(-1, len(SPREAD))
+    groups = (particles ** (2.0 / 3.0) * loss).reshape(-1, len(SPREAD))
     sizes = particles.reshape(-1, len(SPREAD)).mean(axis=1)
-    means = groups.mean(axis=1)
-    errors = groups.std(axis=1, ddof=1) / len(SPREAD) ** 0.5
-    limit = harmonic_dissipation_limit()
-    print("| n | n^(2/3) (1 - eta) | mean's error | theory with beta | difference x n^(2/3) |")
-    print("|---|---|---|---|---|")
-    for n, mean, error in zip(sizes, means, errors, strict=True):
-        theory = limit + 2.0 * lead * n ** (-1.0 / 3.0)
-        rest = (mean - theory) * n ** (2.0 / 3.0)
-        print(f"| {n:.0f} | {mean:.5f} | {error:.5f} | {theory:.5f} | {rest:.2f} |")
-    for least in (300, 1000, 3000, 10_000):
+    return sizes, groups.mean(axis=1), groups.std(axis=1, ddof=1) / len(SPREAD) ** 0.5
+
+
+def remainders() -> list[tuple[float, float, float]]:
+    """Return n, the difference of the mean from theory with beta, and the mean's error."""
+    sizes, found, errors = means()
+    theory = harmonic_dissipation_limit() + 2.0 * front_lead() * sizes ** (-1.0 / 3.0)
+    return list(zip(sizes, found - theory, errors, strict=True))
+
+
+def fit() -> None:
+    """Print means by size, and fits with two powers for the remainder."""
+    sizes, found, errors = means()
+    limit, lead = harmonic_dissipation_limit(), front_lead()
+    print(
+        "| n | n^(2/3) (1 - eta) | mean's error | difference | x n^(2/3) |\n|---|---|---|---|---|"
+    )
+    for mean, (n, rest, error) in zip(found, remainders(), strict=True):
+        print(f"| {n:.0f} | {mean:.5f} | {error:.5f} | {rest:.5f} | {rest * n ** (2 / 3):.2f} |")
+    for power, least in product(_REMAINDERS, (300, 1000, 3000, 10_000)):
         used = sizes > 0.9 * least
-        powers = np.vander(sizes[used] ** (-1.0 / 3.0), 3, increasing=True)
-        weighted = powers / errors[used][:, None]
-        values = np.linalg.lstsq(weighted, means[used] / errors[used], rcond=None)[0]
-        spread = np.sqrt(np.diag(np.linalg.inv(weighted.T @ weighted)))
-        chi = np.sum(((means[used] - powers @ values) / errors[used]) ** 2)
+        n, values, bars = sizes[used], found[used], errors[used]
+        powers = np.stack([np.ones_like(n), n ** (-1.0 / 3.0), n**power], axis=1)
         print(
-            f"from n = {least}: limit {values[0]:.5f} +- {spread[0]:.5f} ({limit:.5f}), "
-            f"n^(-1/3) {values[1]:.3f} +- {spread[1]:.3f} ({2 * lead:.3f}), "
-            f"n^(-2/3) {values[2]:.2f}, chi2 {chi:.1f} for {used.sum() - 3}"
+            f"n^({power:.3f}) from n = {least}: "
+            f"all free {_weighted(powers, values, bars)} ({limit:.5f}, {2 * lead:.4f}); "
+            f"limit known {_weighted(powers[:, 1:], values - limit, bars)}"
         )
-        slope, cov = np.polyfit(
-            np.log(sizes[used]),
-            np.log(means[used] - limit),
-            1,
-            w=(means[used] - limit) / errors[used],
-            cov="unscaled",
-        )
-        print(f"  distance to {limit:.5f}: exponent {slope[0]:.4f} +- {cov[0, 0] ** 0.5:.4f}")
+
+
+def _weighted(powers: Array, values: Array, errors: Array) -> str:
+    """Return the factors of a weighted fit with their errors, and its chi2."""
+    weighted = powers / errors[:, None]
+    best = np.linalg.lstsq(weighted, values / errors, rcond=None)[0]
+    bars = np.sqrt(np.diag(np.linalg.inv(weighted.T @ weighted)))
+    chi = float(np.sum(((values - powers @ best) / errors) ** 2))
+    factors = ", ".join(f"{x:.4f} +- {bar:.4f}" for x, bar in zip(best, bars, strict=True))
+    return f"{factors}, chi2 {chi:.1f} for {len(values) - len(best)}"
 
 
 def main() -> None:

@@ -1,26 +1,33 @@
 """
 Compare chains of six bonds with the curve of slow long chains, at fixed y.
 
-    python -m benchmarks.slow_chains.lattices [--fit]
+    python -m benchmarks.slow_chains.lattices [--fit | --check]
 
 Adds the missing chains to ``lattices.csv`` in this folder. The reference engine computes n^(2/3) (1
 - eta) to 2e-3. Results for a size are means over lengths within 6 %, because losses scatter with
 the phase of the last contacts. An interrupted run can be repeated and keeps the finished chains.
 With 1/b as the unit of length, Toda chains of all b are the same chain.
+
+Chains of 8000 particles or more run once, with one step and without a comparison of steps, which
+would take 12 times longer. Their error is the largest difference between such runs and the compared
+runs of shorter chains: ``--check``.
 """
 
 import argparse
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from benchmarks.slow_chains.growing_table import growing_table
 from chaincor.analysis.slow_chains.curve import FRONT_LEAD, limiting_loss, slow_chain_variable
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
+from chaincor.workflows.engines.reference import stepping
 
 TABLE = Path(__file__).with_name("lattices.csv")
 BONDS = {
@@ -39,11 +46,16 @@ _OF_OTHER_B = (_LONGEST, 3.0)
 # Values of y across the oscillation of C', with single lengths. Their scatter is much smaller than
 # the loss.
 SWING, SWING_SIZES = (18.0, 24.0, 36.0), (500, 700, 1000, 1400, 2000, 2800, 4000)
-# Fits of the terms after 2 beta n^(-1/3): shortest chain, and powers of the fitted terms.
-_FITS = ((900, (-2.0 / 3.0,)), (450, (-2.0 / 3.0, -4.0 / 3.0)))
-# Fits whose range is printed, because the power of the remainder is unknown.
-_ALL_FITS = tuple(
-    product((450, 900), ((-2.0 / 3.0,), (-2.0 / 3.0, -1.0), (-2.0 / 3.0, -4.0 / 3.0)))
+# Chains that run once, their scheme and step, and the error of their loss.
+SINGLE_RUNS = (8000, 16_000, 32_000)
+_SINGLE_RUN = Numerics(scheme="srkn14", timestep=0.7)
+_SINGLE_RUN_ERROR = 6e-7
+# Fits of the terms after 2 beta n^(-1/3): shortest chain, and powers of the fitted terms. The power
+# of the remainder is unknown at these lengths.
+_FITS = tuple(
+    product(
+        (900, 2500), ((-2.0 / 3.0,), (-8.0 / 15.0,), (-2.0 / 3.0, -1.0), (-2.0 / 3.0, -4.0 / 3.0))
+    )
 )
 # Largest steepness of the front. The theory of slow chains requires a small steepness.
 FASTEST = 0.6
@@ -64,26 +76,30 @@ def wanted():
                     continue
                 for part in parts:
                     particles = round(size * part)
-                    scene = Scene(**bond, particles=particles, velocity=1e-3, engine="reference")
+                    scene = scene_of(bond, variable, particles)
                     order = scene.bond.anharmonic_order
-                    unit = slow_chain_variable(scene.bond, particles, 1.0)
-                    velocity = (variable / unit) ** (1.0 / (order - 2))
                     if variable / particles ** (2.0 / 3.0) < FASTEST and (
                         order == 3 or variable < 13
                     ):
-                        yield name, order, variable, scene.model_copy(update={"velocity": velocity})
+                        yield name, order, variable, scene
     yield from wanted_for_swing()
+
+
+def scene_of(bond: dict[str, Any], variable: float, particles: int) -> Scene:
+    """Return the scene of a chain with the speed for y."""
+    chain = {**bond, "particles": particles, "engine": "reference"}
+    known = Scene(**chain, velocity=1e-3).bond
+    unit = slow_chain_variable(known, particles, 1.0)
+    return Scene(**chain, velocity=(variable / unit) ** (1.0 / (known.anharmonic_order - 2)))
 
 
 def wanted_for_swing():
     """Yield chains for the oscillation of C': cubic bonds, and shorter chains of another b."""
     bonds = {name: bond for name, bond in BONDS.items() if name != "quartic"}
-    for particles, variable in product(SWING_SIZES, SWING):
+    for particles, variable in product(SWING_SIZES + SINGLE_RUNS, SWING):
         other = {"toda b = 3": OTHER_B["toda b = 3"]} if particles <= 1400 else {}
         for name, bond in (bonds | other).items():
-            scene = Scene(**bond, particles=particles, velocity=1e-3, engine="reference")
-            velocity = variable / slow_chain_variable(scene.bond, particles, 1.0)
-            yield name, 3, variable, scene.model_copy(update={"velocity": velocity})
+            yield name, 3, variable, scene_of(bond, variable, particles)
 
 
 def measure() -> None:
@@ -96,9 +112,26 @@ def measure() -> None:
             if row in known:
                 continue
             known.add(row)
-            result = collide(scene, tolerance=2e-3 * n ** (-2.0 / 3.0))
-            loss, error = 1.0 - result.restitution, result.restitution_error
+            if n in SINGLE_RUNS and variable in SWING:
+                loss, error = single_run(scene), _SINGLE_RUN_ERROR
+            else:
+                result = collide(scene, tolerance=2e-3 * n ** (-2.0 / 3.0))
+                loss, error = 1.0 - result.restitution, result.restitution_error
             add([[*row, f"{scene.velocity:.9g}", f"{loss:.9g}", f"{error:.1e}"]])
+
+
+def single_run(scene: Scene) -> float:
+    """Return 1 - eta from one run."""
+    return 1.0 - stepping.run(scene, _SINGLE_RUN, follow=False).eta
+
+
+def check() -> None:
+    """Print the difference between a single run and the table, for chains of 1400 to 4000."""
+    rows = np.genfromtxt(TABLE, delimiter=",", names=True, dtype=None, encoding="utf-8")
+    for name, _, variable, particles, _, loss, error in rows:
+        if variable in SWING and particles in SWING_SIZES and particles >= 1400 and name in BONDS:
+            difference = single_run(scene_of(BONDS[name], variable, int(particles))) - loss
+            print(f"{name}, y = {variable:g}, n = {particles}: {difference:.1e} ({error:.1e})")
 
 
 @dataclass(frozen=True)
@@ -143,75 +176,73 @@ def compare() -> None:
             f"{row.limit:.4f} | {row.with_lead:.4f} |"
         )
     swing()
-    for name in BONDS:
-        power, error, chi, freedom = fitted_power([row for row in table if row.bond == name])
-        print(f"{name}: 2 beta n^-({power:.3f} +- {error:.3f}), chi2 {chi:.0f} for {freedom}")
-
-
-def swing() -> None:
-    """Print C'(y), extrapolated to long chains by two fits with known beta."""
-    rows = np.genfromtxt(TABLE, delimiter=",", names=True, dtype=None, encoding="utf-8")
-    for variable, name in product(SWING, ("lj", "toda", "log")):
-        chosen = rows[(rows["bond"] == name) & (rows["variable"] == variable)]
-        n = chosen["particles"].astype(float)
-        known = chosen["loss"] * n ** (2.0 / 3.0) - 2.0 * FRONT_LEAD * n ** (-1.0 / 3.0)
-        extrapolated = {
-            (least, fit): _extrapolated(n[n > least], known[n > least], fit)
-            for least, fit in _ALL_FITS
-        }
-        slopes, errors = np.array([extrapolated[fit] for fit in _FITS]).T / variable
-        every = [loss / variable for loss, _ in extrapolated.values()]
-        # Half the difference of the fits plus the larger of their errors.
-        bar = 0.5 * np.ptp(slopes) + errors.max()
-        theory = float(limiting_loss(variable)) / variable
+    for name, power in product(BONDS, (-2.0 / 3.0, -8.0 / 15.0)):
+        chosen = [row for row in table if row.bond == name]
+        lead, error, chi, freedom = fitted_lead(chosen, power)
         print(
-            f"y = {variable:g}, {name}, {len(n)} lengths to {n.max():.0f}: "
-            f"C' {slopes.mean():.4f} +- {bar:.4f}, six fits {min(every):.4f} to {max(every):.4f}, "
-            f"longest chain {known[n.argmax()] / variable:.4f}, theory {theory:.4f}"
+            f"{name}, remainder n^({power:.3f}): ({lead:.3f} +- {error:.3f}) n^(-1/3), "
+            f"chi2 {chi:.0f} for {freedom}"
         )
 
 
-def _extrapolated(n: Array, losses: Array, powers: tuple[float, ...]) -> tuple[float, float]:
-    """Return the limit of the losses, and its error due to scatter."""
+def swing() -> None:
+    """Print C'(y) of long chains with 2 beta n^(-1/3) subtracted, and its limit by eight fits."""
+    rows = np.genfromtxt(TABLE, delimiter=",", names=True, dtype=None, encoding="utf-8")
+    for name, variable in product(("lj", "toda", "log"), SWING):
+        chosen = rows[(rows["bond"] == name) & (rows["variable"] == variable)]
+        chosen = np.sort(chosen, order="particles")
+        n = chosen["particles"].astype(float)
+        slopes = chosen["loss"] * n ** (2.0 / 3.0) - 2.0 * FRONT_LEAD * n ** (-1.0 / 3.0)
+        slopes /= variable
+        limits = [_extrapolated(n[n > least], slopes[n > least], fit) for least, fit in _FITS]
+        longest = ", ".join(
+            f"{size} {slope:.4f}"
+            for size, slope in zip(chosen["particles"], slopes, strict=True)
+            if size in (2000, *SINGLE_RUNS)
+        )
+        print(
+            f"{name}, y = {variable:g}: {longest}, fits {min(limits):.4f} to {max(limits):.4f}, "
+            f"theory {float(limiting_loss(variable)) / variable:.4f}"
+        )
+
+
+def _extrapolated(n: Array, slopes: Array, powers: tuple[float, ...]) -> float:
+    """Return the limit of C' for long chains."""
     design = np.stack([np.ones_like(n), *(n**power for power in powers)], axis=1)
-    best = np.linalg.lstsq(design, losses, rcond=None)[0]
-    rest = losses - design @ best
-    variance = float(rest @ rest) / (len(n) - len(best))
-    return float(best[0]), float(np.sqrt(variance * np.linalg.inv(design.T @ design)[0, 0]))
+    return float(np.linalg.lstsq(design, slopes, rcond=None)[0][0])
 
 
-def fitted_power(rows: list[Mean]) -> tuple[float, float, float, int]:
+def fitted_lead(rows: list[Mean], power: float) -> tuple[float, float, float, int]:
     """
-    Fit p in the difference from the curve, 2 beta n^(-p) + c n^(-2/3), with c for each y <= 3.
+    Fit the factor of n^(-1/3) in the difference from the curve, with a remainder for each y <= 3.
 
-    Returns p, its error including scatter, chi2 and the degrees of freedom.
+    Returns the factor, its error including scatter, chi2 and the degrees of freedom.
     """
-    from scipy.optimize import least_squares
-
     rows = [row for row in rows if row.size >= 100 and row.variable <= 3.0]
-    variables = sorted({row.variable for row in rows})
-    which = [variables.index(row.variable) for row in rows]
     n = np.array([row.size for row in rows], dtype=float)
-    found = np.array([row.factor - row.limit for row in rows])
     errors = np.array([_SCATTER.get(row.size, 0.0) or row.error for row in rows])
-
-    def residuals(parameters):
-        power, *rest = parameters
-        fitted = 2.0 * FRONT_LEAD * n**-power + np.array(rest)[which] * n ** (-2.0 / 3.0)
-        return (fitted - found) / errors
-
-    best = least_squares(residuals, [1.0 / 3.0] + [-6.0] * len(variables))
-    freedom = len(rows) - len(best.x)
-    variance = np.linalg.inv(best.jac.T @ best.jac)[0, 0]
-    chi = 2.0 * float(best.cost)
-    return float(best.x[0]), float(np.sqrt(variance * max(chi / freedom, 1.0))), chi, freedom
+    own = [
+        np.where([row.variable == variable for row in rows], n**power, 0.0)
+        for variable in sorted({row.variable for row in rows})
+    ]
+    design = np.stack([n ** (-1.0 / 3.0), *own], axis=1) / errors[:, None]
+    found = np.array([row.factor - row.limit for row in rows]) / errors
+    best = np.linalg.lstsq(design, found, rcond=None)[0]
+    chi, freedom = float(np.sum((found - design @ best) ** 2)), len(rows) - len(best)
+    variance = np.linalg.inv(design.T @ design)[0, 0]
+    return float(best[0]), float(np.sqrt(variance * max(chi / freedom, 1.0))), chi, freedom
 
 
 def main() -> None:
     """Compute the missing chains, unless `--fit` is given, and print the comparison."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--fit", action="store_true", help="use the table that is there")
-    if not parser.parse_args().fit:
+    parser.add_argument("--check", action="store_true", help="check the single runs")
+    arguments = parser.parse_args()
+    if arguments.check:
+        check()
+        return
+    if not arguments.fit:
         measure()
     compare()
 
