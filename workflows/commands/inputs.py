@@ -29,7 +29,7 @@ from chaincor.workflows.grids.submission import SCHEDULERS
 @option("--site FILE", "lines for the head of a sweep file's submit script")
 @option(
     "--jobs-per-task N",
-    "number of jobs that each task of an array runs",
+    "number of jobs per task of an array",
     ONE_OR_MORE,
 )
 @option("--at-once N", "largest number of simultaneous tasks for a sweep file", ONE_OR_MORE)
@@ -38,8 +38,8 @@ from chaincor.workflows.grids.submission import SCHEDULERS
 @option("--contacts", "also write the list of contacts to contacts.txt")
 @option(
     "--restartable",
-    "let the job write restart files ('-var restart 20': every 20 contacts) and resume ('-var "
-    "resume 1')",
+    "let the job write restart files ('-var restart 20' sets how often) "
+    "and resume ('-var resume 1')",
 )
 @option(
     "--guards",
