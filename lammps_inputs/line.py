@@ -7,7 +7,7 @@ particle with infinite mass. The motion uses only its inverse mass, 0. Initial s
 and the gap are data of the line.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -166,6 +166,18 @@ class Line:
         if len(self.chain_masses) == 1 and not self.soft and self.targets > 1:
             masses = self.target_masses
         return masses
+
+    def at_velocity(self, velocity: float) -> "Line":
+        """Return the line with a chain whose particles all have another velocity."""
+        velocities = self.velocities.copy()
+        velocities[self.first :] = -velocity
+        if not self.cold:
+            return replace(self, velocities=velocities)
+        other = object.__new__(Line)
+        # Of the traits of a cold chain, only the largest speed depends on its velocity.
+        vars(other).update(vars(self), velocities=velocities)
+        vars(other).pop("largest_speed", None)
+        return other
 
     def overlap(self, speed: float) -> float:
         """Return the overlap of the two particles at the contact for a relative speed."""

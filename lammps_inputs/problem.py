@@ -43,10 +43,7 @@ class Problem:
 
     def at_velocity(self, velocity: float) -> "Problem":
         """Return the problem of a cold chain at another impact velocity."""
-        velocities = self.line.velocities.copy()
-        velocities[self.line.first :] = -velocity
-        line = replace(self.line, velocities=velocities)
-        return replace(self, line=line, impact_velocity=velocity)
+        return replace(self, line=self.line.at_velocity(velocity), impact_velocity=velocity)
 
     @property
     def particles(self) -> int:

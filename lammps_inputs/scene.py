@@ -38,6 +38,10 @@ from chaincor.lammps_inputs.toml_text import parse_toml
 
 DEFAULT_SPEED = 0.4  # units of v*
 DEFAULT_HARMONIC_VELOCITY = 0.1
+# Velocities up to this value, and their inverses, are valid for all standard chains.
+_USUAL_VELOCITY = 1e120
+# Properties that are computed once and depend on the speed.
+_OF_SPEED = ("line", "problem", "canonical_fields", "canonical_json", "sha256", "collision_sha256")
 
 
 class Scene(SceneFields):
@@ -215,6 +219,40 @@ class Scene(SceneFields):
             Scene with the remaining fields, validated anew.
         """
         return Scene(**{k: getattr(self, k) for k in self.model_fields_set - set(names)})
+
+    def at_speed(self, key: str, value: Any) -> "Scene":
+        """
+        Return a copy with another impact speed.
+
+        A standard chain keeps all parts that do not depend on its speed, because it takes ten times
+        longer to construct and validate them anew.
+
+        Parameters
+        ----------
+        key : str
+            ``speed`` or ``velocity``, whichever was given.
+        value : float
+            New value.
+
+        Returns
+        -------
+        Scene
+            The changed scene.
+        """
+        usual = isinstance(value, float) and value > 0.0 and not self.explicit
+        if not (usual and key in self.model_fields_set and self.line.is_standard):
+            return self.replace(**{key: value})
+        other = self.model_copy(update={key: value})
+        velocity = other.impact_velocity
+        if not 1.0 / _USUAL_VELOCITY < velocity < _USUAL_VELOCITY:
+            return self.replace(**{key: value})
+        known = vars(other)
+        for name in _OF_SPEED:
+            known.pop(name, None)
+        known["problem"] = self.problem.at_velocity(velocity)
+        known["line"] = known["problem"].line
+        known["canonical_fields"] = self.canonical_fields | {"velocity": velocity}
+        return other
 
     @classmethod
     def from_toml(cls, text: str, source: str = "scene") -> "Scene":

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, overload
 
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.plan import plan, refuse_too_costly
-from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
+from chaincor.workflows.accuracy.plan import refuse_too_costly
+from chaincor.workflows.accuracy.plans import plans
 from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
 from chaincor.workflows.campaign.given_executor import tasks_to
 from chaincor.workflows.campaign.progress import progress_bar
@@ -152,14 +152,13 @@ def collide(
     if tolerance is not None:
         scenes = [each.replace(tolerance=tolerance) for each in scenes]
     refuse_shared_outputs(scenes)
-    foresee_frequency_ratio(each.problem for each in scenes if each.engine == "reference")
-    plans = []
     for each in scenes:
         refuse_unusable_outputs(each)
-        plans.append(plan(each))
-        refuse_too_costly(each, plans[-1], most_seconds)
+    planned = plans(scenes)
+    for each, its_plan in zip(scenes, planned, strict=True):
+        refuse_too_costly(each, its_plan, most_seconds)
     if isinstance(scene, Scene) and store is None:
-        return collide_one(scenes[0], most_seconds, plans[0])
+        return collide_one(scenes[0], most_seconds, planned[0])
     if store is not None:
         # The database library is imported only if results go into a store.
         from chaincor.workflows.campaign.into_store import collide_into_store
@@ -173,7 +172,7 @@ def collide(
             progress=progress,
         )
     tasks = tasks_of(
-        requests_of(scenes, stored=False, plans=plans),
+        requests_of(scenes, stored=False, planned_before=planned),
         TASKS_PER_WORKER * (given_workers or workers),
     )
     found: list[Collision | None] = [None] * len(scenes)

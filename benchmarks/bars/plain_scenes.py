@@ -14,6 +14,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.batching import batch_kind, solve_batch
+from chaincor.workflows.accuracy.plans import plans
 
 _POTENTIALS = ("lj", "toda", "log", "power")
 _SIZES = (2, 3, 3, 4, 5, 7, 10, 14, 20)
@@ -49,7 +50,7 @@ def compare_group(
     alike = [k for k, kind in enumerate(kinds) if None not in kind and kind == kinds[0]]
     if not alike:
         return []
-    met, judged = (solve_batch([each[k] for k in alike]) for each in (scenes, tight))
+    met, judged = (solve_batch(plans([each[k] for k in alike])) for each in (scenes, tight))
     return [
         (scenes[k], found[0].error, abs(found[0].outcome.eta - right))
         for k, found, judge in zip(alike, met, judged, strict=True)

@@ -13,10 +13,10 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
-from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run, decade_above
-from chaincor.workflows.accuracy.fixed_steps import LONGEST_TRUSTED, first_step, plain_scheme
+from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run
+from chaincor.workflows.accuracy.fixed_steps import LONGEST_TRUSTED
 from chaincor.workflows.accuracy.plan import Plan, plan
-from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
+from chaincor.workflows.accuracy.plans import plans
 from chaincor.workflows.accuracy.step_proof import COARSER, difference, proved_error
 from chaincor.workflows.engines.ending import sound_round_trip
 from chaincor.workflows.engines.outcome import Outcome
@@ -83,49 +83,39 @@ def batches(scenes: Sequence[Scene]) -> list[SceneBatch]:
 
     The result of a collision does not depend on this division.
     """
-    plans = [plan(scene) for scene in scenes]
+    planned = plans(scenes)
     kinds: dict[BatchKind | int, list[int]] = {}
     for place, scene in enumerate(scenes):
-        kind = batch_kind(scene, plans[place]) if len(scenes) >= LEAST_TOGETHER else None
+        kind = batch_kind(scene, planned[place]) if len(scenes) >= LEAST_TOGETHER else None
         kinds.setdefault(kind or place, []).append(place)
     found = []
     for places in kinds.values():
         size = 1
         if len(places) >= LEAST_TOGETHER:
-            each = TOGETHER_SHARE * plans[places[0]].seconds
+            each = TOGETHER_SHARE * planned[places[0]].seconds
             size = max(min(int(_SECONDS_TOGETHER / each), _MOST_TOGETHER), LEAST_TOGETHER)
         parts = [places[k : k + size] for k in range(0, len(places), size)]
-        found += [SceneBatch(part, [plans[place] for place in part]) for part in parts]
+        found += [SceneBatch(part, [planned[place] for place in part]) for part in parts]
     return found
 
 
-def _target_error(scene: Scene, floor: float) -> float:
-    asked = scene.asked_tolerance
-    assert asked is not None
-    return decade_above(floor, asked)
-
-
-def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None]:
+def solve_batch(planned: Sequence[Plan]) -> list[tuple[BoundedRun, Array] | None]:
     """
-    Solve scenes with the same :func:`batch_kind` to their tolerances.
+    Solve planned scenes with the same :func:`batch_kind` to their tolerances.
 
-    Each scene is run at the step that usually suffices, at twice this step and at 1.3 times it. The
-    result is None if the target error is missed or the three runs have different numbers of
-    contacts; the scene must then be solved alone. Otherwise the result consists of the same run as
-    from ``solve_to_tolerance``, to the last bit, and the energies of the modes after the collision.
-    No result depends on the other scenes.
+    Each scene is run at the step of its plan, at twice this step and at 1.3 times it. The result is
+    None if the target error is missed or the three runs have different numbers of contacts; the
+    scene must then be solved alone. Otherwise the result consists of the same run as from
+    ``solve_to_tolerance``, to the last bit, and the energies of the modes after the collision. No
+    result depends on the other scenes.
     """
-    problems = [scene.problem for scene in scenes]
-    foresee_frequency_ratio(problems)
-    problem = problems[0]
+    problems, problem = [each.problem for each in planned], planned[0].problem
     floor = rounding_error("reference", problem)
-    target_errors = [_target_error(scene, floor) for scene in scenes]
-    particles, scheme = problem.particles, plain_scheme(problem, target_errors[0], 0.0)
+    numerics = [each.numerics for each in planned if each.numerics is not None]
+    particles, scheme = problem.particles, numerics[0].scheme
     batch = Batch(problem.line, problem.bond, scheme)
-    steps = np.array(
-        [first_step(p, scheme, max(g, floor)) for p, g in zip(problems, target_errors, strict=True)]
-    )
-    found: list[tuple[BoundedRun, Array] | None] = [None] * len(scenes)
+    steps = np.array([each.timestep for each in numerics])
+    found: list[tuple[BoundedRun, Array] | None] = [None] * len(planned)
     fine = batch.follow_cold(problems, steps)
     places = np.flatnonzero(fine.settled)
     if len(places) == 0:
@@ -143,7 +133,8 @@ def solve_batch(scenes: Sequence[Scene]) -> list[tuple[BoundedRun, Array] | None
     agree &= fine.longest_silences <= sound_round_trip(particles, problem.slow_stiffness)
     energies, apart = _compared(problem, fine, coarse[0])
     for k, (place, each) in enumerate(zip(places.tolist(), followed, strict=True)):
-        target_error, error = target_errors[place], float(errors[k])
+        target_error, error = planned[place].target_error, float(errors[k])
+        assert target_error is not None
         if not (agree[k] and error + floor <= target_error):
             continue
         outcome = _outcome(each, fine, k, scheme, float(steps[k]))

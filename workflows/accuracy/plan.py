@@ -206,8 +206,13 @@ def _with_fixed_steps(
         # Steps during a stiff contact are shorter than steps between contacts.
         shorter = first_step(problem, plain_scheme(problem, target_error, 0.0), reachable)
         forecast_with = replace(numerics, timestep=min(step, shorter))
-    seconds = OVERHEAD["reference"] + _REFERENCE_RUNS * FIXED_STEPS.forecast(problem, forecast_with)
+    seconds = seconds_of_fixed_steps(problem, forecast_with)
     return Plan(problem, FIXED_STEPS, scheme, numerics, proofs, target_error, seconds)
+
+
+def seconds_of_fixed_steps(problem: Problem, numerics: Numerics) -> float:
+    """Return the expected seconds of all runs with fixed steps in the reference engine."""
+    return OVERHEAD["reference"] + _REFERENCE_RUNS * FIXED_STEPS.forecast(problem, numerics)
 
 
 def _with_lammps(problem: Problem, target_error: float) -> Plan:

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -98,10 +98,44 @@ class Point(NamedTuple):
                 f"point {self.number + 1} ({shown or 'the base scene'}): {error}"
             ) from None
 
+    def speed_and_others(self) -> tuple[str, Hashable]:
+        """
+        Return the key of the speed, and a key that is equal for points with equal other fields.
+
+        The second key is None if a point must be compared in another way.
+        """
+        key = "speed" if "speed" in self.fields else "velocity"
+        others = [(name, value) for name, value in self.fields.items() if name != key]
+        plain = all(isinstance(value, str | int | float) for _, value in others)
+        # Numbers that are equal, such as 1 and True, can be valid or invalid.
+        return key, repr((self.folder, others)) if plain and key in self.fields else None
+
 
 def scene_of(given: Scene | Point) -> Scene:
     """Return the scene of a point; return a scene unchanged."""
     return given.scene() if isinstance(given, Point) else given
+
+
+def scenes_of(given: Iterable[Scene | Point]) -> list[Scene]:
+    """Return the scenes of points; points that differ only in their speed share all other parts."""
+    firsts: dict[Hashable, Scene] = {}
+    found = []
+    for each in given:
+        if isinstance(each, Scene):
+            found.append(each)
+            continue
+        key, others = each.speed_and_others()
+        first = firsts.get(others)
+        if first is None:
+            found.append(each.scene())
+            if others is not None:
+                firsts[others] = found[-1]
+            continue
+        try:
+            found.append(first.at_speed(key, each.fields[key]))
+        except (PotentialError, SceneError):
+            found.append(each.scene())  # raises the error with the number of the point
+    return found
 
 
 def _fold_parameters(fields: dict[str, Any]) -> None:

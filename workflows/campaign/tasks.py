@@ -6,10 +6,10 @@ from collections.abc import Hashable, Iterable, Sequence
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.batching import LEAST_TOGETHER, TOGETHER_SHARE, batch_kind
-from chaincor.workflows.accuracy.plan import Plan, plan
-from chaincor.workflows.accuracy.step_guess import foresee_frequency_ratio
+from chaincor.workflows.accuracy.plan import Plan
+from chaincor.workflows.accuracy.plans import plans
 from chaincor.workflows.campaign.carry_out import CollisionRequest, Task
-from chaincor.workflows.campaign.points import Point, scene_of
+from chaincor.workflows.campaign.points import Point, scenes_of
 from chaincor.workflows.store.row import row_key
 
 # Fields of a collision request, other than its place and its scene.
@@ -29,30 +29,27 @@ def requests_of(
     scenes: Iterable[Scene | Point],
     *,
     stored: bool = True,
-    plans: Iterable[Plan] | None = None,
+    planned_before: Sequence[Plan] | None = None,
 ) -> list[CollisionRequest]:
     """
     Return requests for collisions with their expected times and, for a store, their keys.
 
-    If `plans` are not given, the plans of the scenes are created here.
+    `planned_before` are the plans of the scenes, by default created here.
 
     Raise SceneError if a point has no valid scene, or if a scene for a store has no key.
     """
     given = list(scenes)
-    return with_facts(given, request_facts(given, stored=stored, plans=plans))
+    return with_facts(given, request_facts(given, stored=stored, planned_before=planned_before))
 
 
 def request_facts(
     scenes: Sequence[Scene | Point],
     *,
     stored: bool = True,
-    plans: Iterable[Plan] | None = None,
+    planned_before: Sequence[Plan] | None = None,
 ) -> list[Facts]:
     """Return the result of `requests_of` without the scenes, to send it to another process."""
-    made = [scene_of(each) for each in scenes]
-    foresee_frequency_ratio(each.problem for each in made if each.engine == "reference")
-    if plans is None:
-        plans = map(plan, made)
+    made = scenes_of(scenes)
     return [
         (
             planned.seconds,
@@ -61,7 +58,7 @@ def request_facts(
             scene.asked_tolerance,
             scene.particles,
         )
-        for scene, planned in zip(made, plans, strict=True)
+        for scene, planned in zip(made, planned_before or plans(made), strict=True)
     ]
 
 

@@ -11,10 +11,11 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy.batching import batches, solve_batch
 from chaincor.workflows.accuracy.plan import Plan
+from chaincor.workflows.accuracy.plans import plans
 from chaincor.workflows.accuracy.solve import run_as_planned
 from chaincor.workflows.accuracy.table_rows import with_rows
 from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES
-from chaincor.workflows.campaign.points import Point, scene_of
+from chaincor.workflows.campaign.points import Point, scenes_of
 from chaincor.workflows.engines.time_limit import limited_to
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.result import Collision
@@ -44,10 +45,12 @@ def collide_one(scene: Scene, most_seconds: float, planned: Plan) -> Collision:
     return result
 
 
-def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
+def collide_together(
+    scenes: Sequence[Scene], planned: Sequence[Plan] | None = None
+) -> list[Collision | None]:
     """Return the results of a batch; None for each scene that needs :func:`collide_one`."""
     started = time.perf_counter()
-    answers = solve_batch(scenes)
+    answers = solve_batch(planned or plans(scenes))
     whole = time.perf_counter() - started
     return [
         None
@@ -69,22 +72,22 @@ def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None
     """
     found: list[Collision | Exception | None] = [None] * len(scenes)
     with _one_at_a_time:
-        for places, plans in batches(scenes):
+        for places, planned in batches(scenes):
             chosen = [scenes[place] for place in places]
-            met = [None] if len(chosen) == 1 else _try_together(chosen)
-            for place, scene, planned, each in zip(places, chosen, plans, met, strict=False):
-                found[place] = _try_one(scene, planned) if each is None else each
+            met = [None] if len(chosen) == 1 else _try_together(chosen, planned)
+            for place, scene, one, each in zip(places, chosen, planned, met, strict=False):
+                found[place] = _try_one(scene, one) if each is None else each
     return found
 
 
-def _try_together(scenes: Sequence[Scene]) -> Sequence[Collision | None]:
+def _try_together(scenes: Sequence[Scene], planned: Sequence[Plan]) -> Sequence[Collision | None]:
     """
     Return the results of a batch.
 
     The list is empty if the batch fails. Then each collision must be computed in its own task.
     """
     try:
-        return collide_together(scenes)
+        return collide_together(scenes, planned)
     except MissingLibraryError:
         raise
     except (ChaincorError, *MACHINE_FAILURES):
@@ -105,7 +108,7 @@ def collide_to_rows(
     scenes: Sequence[Scene | Point], *, details: bool = True, arrays: bool = True
 ) -> list[Row | None]:
     """Carry out collisions by :func:`collide_scenes`, and create the rows for a store."""
-    made = [scene_of(each) for each in scenes]
+    made = scenes_of(scenes)
     rows = [
         None if each is None else Row.of(each, arrays=arrays).of_scene(scene)
         for each, scene in zip(collide_scenes(made), made, strict=True)

@@ -6,6 +6,7 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.plan import plan
+from chaincor.workflows.accuracy.plans import plans
 from chaincor.workflows.accuracy.solvers import LAMMPS, SOLVERS, solver_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import RunError
@@ -92,3 +93,15 @@ def test_a_dry_run_prints_the_plan_and_runs_nothing(chaincor, monkeypatch):
     assert (status, text) == (1, "")
     assert errors.count("\n") == 1
     assert "contact_stiffness" in errors
+
+
+def test_many_scenes_get_the_plans_that_each_gets_alone():
+    common = {"particles": 10, "engine": "reference"}
+    kinds = [{}, {"tolerance": 1e-9}, {"potential": "log"}, {"masses": (1.0, 2.0)}, SHARP]
+    kinds += [{"particles": 900}, {"temperature": 1e-6}, {"scheme": "order4"}, {"compression": 0.1}]
+    # At the highest speed, the solver is another one.
+    speeds = (30.0, 0.01, 0.4, 1.7)
+    scenes = [Scene(**{**common, "speed": v, **fields}) for v in speeds for fields in kinds]
+    for scene, planned in zip(scenes, plans(scenes), strict=True):
+        assert planned.to_dict() == plan(scene).to_dict()
+        assert planned.problem is scene.problem

@@ -2,10 +2,12 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.points import scenes_of
 from chaincor.workflows.campaign.sweep_file import read_sweep
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.store.query import query_rows
@@ -35,6 +37,30 @@ def test_a_parameter_is_an_axis(tmp_path, axis):
     assert [scene.parameters for scene in sweep.scenes] == [
         {"D": 0.0139, "a": a} for a in (4.0, 6.0, 8.0)
     ]
+
+
+@pytest.mark.parametrize("key", ["speed", "velocity"])
+def test_points_that_share_their_parts_give_the_scenes_that_each_gives_alone(tmp_path, key):
+    axes = f"{key} = [0.01, 1, 0.3, 1e130]\ntolerance = [1e-4, 1e-6]\ncompression = [0.0, 0.1]"
+    sweep = sweep_of(tmp_path, f'[scene]\nparticles = 3\nengine = "reference"\n[axes]\n{axes}\n')
+    points = [sweep.scenes.point(k) for k in range(len(sweep.scenes))]
+    valid = [
+        point for point in points if point.fields[key] < 1e3 or not point.fields["compression"]
+    ]
+    for found, point in zip(scenes_of(valid), valid, strict=True):
+        alone = point.scene()
+        assert (found, found.canonical_json) == (alone, alone.canonical_json)
+        assert found.collision_sha256 == alone.collision_sha256
+        assert found.problem.impact_velocity == alone.impact_velocity
+        for name in ("velocities", "largest_speed", "is_standard", "heaviest_pair"):
+            both = [getattr(scene.line, name) for scene in (found, alone)]
+            assert np.array_equal(*both), name
+
+
+def test_a_wrong_speed_is_named_with_its_point(tmp_path):
+    sweep = sweep_of(tmp_path, '[scene]\nengine = "reference"\n[axes]\nspeed = [0.1, -0.2]\n')
+    with pytest.raises(SceneError, match=r"point 2 \(speed = -0.2\): speed is -0.2"):
+        scenes_of([sweep.scenes.point(k) for k in range(2)])
 
 
 def test_parameters_move_together_and_override(tmp_path):
