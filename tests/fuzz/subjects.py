@@ -17,13 +17,13 @@ from tests.extremes.cases import NASTY_NUMBERS, NASTY_TEXTS, mutate
 from tests.extremes.materials import SCENES, SWEEPS, materials
 
 LOG = """LAMMPS (22 Jul 2025)
-restitution = 0.9
-restitution_error = 1e-7
 contacts = 3
 last_contact_time = 4.5
+ending = it is over, end proved
 momentum_change = 0.3
 wall_impulse = 0.3
-ending = it is over, end proved
+restitution = 0.9
+restitution_error = 1e-7
 Total wall time: 0:00:01
 """
 MANIFEST = "number,folder,particles,refusal\n1,0001,3,\n2,0002,4,no job\n"

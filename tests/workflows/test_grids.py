@@ -225,6 +225,8 @@ def test_files_of_a_users_own_are_no_grid_to_write_over(tmp_path, there):
         ("1,0001,3,,more", "another number of fields"),
         ("1,../0001,3,", "no folder of the grid"),
         ("1,,3,", "no folder of the grid"),
+        ("1,..,3,", "no folder of the grid"),
+        ("1,0001,3,\n2,0001,4,", "an earlier row has"),
     ],
 )
 def test_a_damaged_row_of_a_manifest_is_named(chaincor, tmp_path, row, wrong):
@@ -233,6 +235,76 @@ def test_a_damaged_row_of_a_manifest_is_named(chaincor, tmp_path, row, wrong):
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert f"row 1 has {wrong}" in err or wrong in err
     assert not (tmp_path / "s.sqlite").exists()
+
+
+RUN = Scene(
+    potential="harmonic", particles=2, velocity=0.1, engine="lammps", scheme="verlet", timestep=0.01
+)
+# With eta = 0.81, two particles take up 2 * 0.1 * (1 + 0.9) = 0.38 of momentum.
+LOG = f"""LAMMPS (22 Jul 2025)
+contacts = 2
+last_contact_time = 1.5
+momentum_change = 0.38
+wall_impulse = 0.38
+scene = {RUN.sha256}
+restitution = 0.81
+restitution_error = 1e-7
+"""
+OTHER = (
+    LOG.replace(RUN.sha256, "0" * 64)
+    .replace("0.81", "0.64")
+    .replace("contacts = 2", "contacts = 9")
+)
+
+
+def write_one_job(grid, log=LOG, asked="", manifest="1,job,0.1,\n"):
+    job = grid / "job"
+    job.mkdir(parents=True)
+    (grid / "manifest.csv").write_text(f"number,folder,velocity,refusal\n{manifest}")
+    (job / "scene.toml").write_text(RUN.to_toml())
+    own = 'potential = "harmonic"\nparticles = 2\nvelocity = 0.1\ntolerance = 1e-4\n'
+    (job / "asked.toml").write_text(asked or own)
+    (job / "log.lammps").write_text(log)
+    return collect_grid(grid)[0]
+
+
+@pytest.mark.parametrize("before", ["", LOG.replace("0.81", "0.5"), OTHER, OTHER[:-80], "\0\n"])
+@pytest.mark.parametrize("after", ["Total wall time: 0:00:01\n", OTHER[:-80], "WARNING: no\n"])
+def test_the_last_whole_result_of_a_log_is_collected(tmp_path, before, after):
+    job = write_one_job(tmp_path, before + LOG + after)
+    assert (job.state, job.words) == ("done", "")
+    columns = job.row.columns
+    assert (columns["restitution"], columns["contacts"]) == (0.81, 2)
+    assert job.scene.engine == "lammps"
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        (
+            {"asked": 'potential = "harmonic"\nparticles = 2\nvelocity = 0.2\n'},
+            "disagree on velocity",
+        ),
+        ({"asked": "particles = 2\nvelocity = 0.1\n"}, "disagree on potential"),
+        ({"asked": RUN.replace(masses=(1.0, 2.0)).to_toml()}, "disagree on masses"),
+        ({"asked": RUN.replace(timestep=0.02).to_toml()}, "disagree on timestep"),
+        ({"manifest": "1,job,0.2,\n"}, "velocity = 0.1, and its row in manifest.csv '0.2'"),
+        ({"log": LOG + OTHER}, "its log is of another scene"),
+        ({"log": LOG + "restitution = 0.5\nrestitution_error = 0\n"}, "another scene"),
+        ({"log": LOG[:-3]}, "it was stopped"),
+        (
+            {"log": LOG.replace("0.81", "0.82")},
+            "restitution = 0.82, but its momentum_change gives 0.81",
+        ),
+        ({"log": LOG.replace("1e-7", "inf")}, "restitution_error = inf"),
+        ({"log": LOG.replace("1.5", "-inf")}, "last_contact_time = -inf"),
+        ({"log": LOG.replace("contacts = 2", "contacts = 2.5")}, "contacts = 2.5"),
+    ],
+)
+def test_a_result_of_another_collision_is_not_collected(tmp_path, changed, words):
+    job = write_one_job(tmp_path, **changed)
+    assert (job.state, job.row) == ("unfinished", None)
+    assert words in job.words
 
 
 def test_a_folder_without_a_manifest_is_no_grid(chaincor, tmp_path):

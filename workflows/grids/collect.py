@@ -12,9 +12,13 @@ import numpy as np
 from chaincor.analysis.dumps.printed import printed_numbers, stopped_with
 from chaincor.analysis.error_bar import ErrorBar
 from chaincor.lammps_inputs.errors import ChaincorError, InputError, one_line
+from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.small_file import read_small_file, refuse_endless
+from chaincor.lammps_inputs.scene_parts.scene_fields import NUMERICS_KEYS
+from chaincor.lammps_inputs.script import SCENE_FILE, SCRIPT_FILE
+from chaincor.lammps_inputs.small_file import read_small_file, refuse_device, refuse_endless
+from chaincor.workflows.campaign.points import value_of
 from chaincor.workflows.grids.grid import ASKED, MANIFEST
 from chaincor.workflows.store.row import Row
 from chaincor.workflows.versions import versions
@@ -23,6 +27,10 @@ _NAMES = (
     *("restitution", "restitution_error", "contacts", "last_contact_time"),
     *("momentum_change", "wall_impulse"),
 )
+_NOT_NEGATIVE = ("restitution", "restitution_error", "last_contact_time")
+_RESTORE = "Restore the files of the job, or write the grid anew"
+# Largest difference, from rounding, between two speeds that a log prints with 17 digits.
+_SAME = 1e-9
 # Largest count that both a store and a float represent exactly.
 _MOST_CONTACTS = 2**53
 _WALL_TIME = re.compile(r"^Total wall time: (\d+):(\d+):(\d+)", re.MULTILINE)
@@ -52,28 +60,33 @@ def collect_grid(folder: Path) -> list[CollectedJob]:
     Raise InputError if the folder has no manifest.
     """
     try:
-        rows = list(csv.DictReader(read_small_file(folder / MANIFEST).splitlines(keepends=True)))
+        reader = csv.DictReader(read_small_file(folder / MANIFEST).splitlines(keepends=True))
+        rows, head = list(reader), list(reader.fieldnames or ())
     except (OSError, ValueError, csv.Error):
-        rows = []
-    if not rows or not {"folder", "refusal"} <= set(rows[0]):
+        rows, head = [], []
+    if not rows or not {"folder", "refusal"} <= {*head} or len({*head}) < len(head):
         raise InputError(
             f"the folder {str(folder)!r} has no {MANIFEST} that can be read. Give a folder "
             "that `chaincor inputs SWEEP.toml -o DIR` wrote"
         )
+    earlier: set[str] = set()
     for number, row in enumerate(rows, 1):
-        _check_row(folder, number, row)
+        _check_row(folder, number, row, earlier)
+        earlier.add(row["folder"])
     known = {"lammps": "unknown", "chaincor": versions()["chaincor"]}
-    return [_collect(folder, row["folder"], row["refusal"], known) for row in rows]
+    return [_collect(folder, row, known) for row in rows]
 
 
-def _check_row(grid: Path, number: int, row: dict[Any, Any]) -> None:
-    """Raise InputError if a row in a manifest is too short, is too long, or names no folder."""
+def _check_row(grid: Path, number: int, row: dict[Any, Any], earlier: set[str]) -> None:
+    """Raise InputError for a row whose fields differ from the head, or without its own folder."""
     name = row["folder"]
     wrong = None
     if None in row or None in row.values():
         wrong = "another number of fields than its first line"
-    elif not name or Path(name).name != name or "\0" in name:
+    elif name in ("", "..") or Path(name).name != name or "\0" in name:
         wrong = f"the folder {name[:60]!a}, which is no folder of the grid"
+    elif name in earlier:
+        wrong = f"the folder {name[:60]!a}, which an earlier row has"
     if wrong is not None:
         raise InputError(
             f"{str(grid / MANIFEST)!r}: row {number} has {wrong}. Restore the row, or write "
@@ -81,27 +94,33 @@ def _check_row(grid: Path, number: int, row: dict[Any, Any]) -> None:
         )
 
 
-def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> CollectedJob:
-    if refusal:
-        return CollectedJob(name, "refused", refusal)
+def _collect(grid: Path, row: dict[str, str], known: dict[str, str]) -> CollectedJob:
+    name = row["folder"]
+    if row["refusal"]:
+        return CollectedJob(name, "refused", row["refusal"])
     folder = grid / name
     try:
-        asked = Scene.from_file(folder / ASKED)
-        as_run = Scene.from_file(folder / "scene.toml")
+        for each in (ASKED, SCENE_FILE):
+            refuse_device(folder / each)
+        asked, as_run = Scene.from_file(folder / ASKED), Scene.from_file(folder / SCENE_FILE)
     except ChaincorError as error:
         return CollectedJob(name, "missing", one_line(error))
     try:
         log, *others = (_text(folder / each) for each in ("log.lammps", "log.motion", "screen.txt"))
-        script = _text(folder / "in.chain")
+        script = _text(folder / SCRIPT_FILE)
     except ValueError as error:
         return CollectedJob(name, "unfinished", f"{error}. Remove it and submit the job again")
     everything = "\n".join([log, *others])
     if not everything.strip():
         return CollectedJob(name, "missing", "it has no log: submit it")
+    if words := _point_mismatch(row, asked, as_run):
+        return CollectedJob(name, "unfinished", f"{words}. {_RESTORE}")
+    asked = asked.replace(engine="lammps")
     said = stopped_with(everything)
-    found = printed_numbers(log, _NAMES)
+    result = _last_result(log)
+    found = printed_numbers(result, _NAMES)
     if {"restitution", "restitution_error"} <= set(found) and said is None:
-        words = _missing(found) or _of_another_run(log, as_run, script)
+        words = _of_another_run(log, result, as_run, script) or _contradiction(found, asked)
         if words is not None:
             return CollectedJob(name, "unfinished", words)
         made = re.search(r"^LAMMPS \(([^)]*)\)", everything, re.MULTILINE)
@@ -112,32 +131,66 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
     return CollectedJob(name, "unfinished", "it was stopped: submit it again")
 
 
-def _missing(found: dict[str, float]) -> str | None:
+def _point_mismatch(row: dict[str, str], asked: Scene, as_run: Scene) -> str | None:
+    """Return why the two scenes of a job and its row in the manifest are not of the same point."""
+    wanted, ran = asked.canonical_fields, as_run.canonical_fields
+    chosen = {key for key in NUMERICS_KEYS if key not in wanted}
+    for key in sorted((wanted.keys() | ran.keys()) - chosen - {"tolerance", "error", "engine"}):
+        if wanted.get(key) != ran.get(key):
+            return f"its {ASKED} and its {SCENE_FILE} disagree on {key}"
+    for axis, cell in row.items():
+        value = value_of(asked, axis)
+        if isinstance(value, int | float) and number_in(cell) != value:
+            return f"its {ASKED} has {axis} = {value:g}, and its row in {MANIFEST} {cell[:40]!a}"
+        if axis == "potential" and cell != value:
+            return f"its {ASKED} has {axis} = {value!a}, and its row in {MANIFEST} {cell[:40]!a}"
+    return None
+
+
+def _last_result(log: str) -> str:
+    """
+    Return the lines of the last whole result in a log.
+
+    Jobs print `restitution_error` last. Its line must end: a log that is cut within a number would
+    give another number.
+    """
+    ends = [
+        found.end() for found in re.finditer(r"^\s*restitution_error = .*\n", log, re.MULTILINE)
+    ]
+    return log[([0, *ends])[-2] : ends[-1]] if ends else ""
+
+
+def _contradiction(found: dict[str, float], asked: Scene) -> str | None:
     """Return why the numbers in a log form no valid result; None if they do."""
-    eta, error = found["restitution"], found["restitution_error"]
-    if not 0.0 <= eta < math.inf or error < 0.0:
-        return (
-            f"its log says restitution = {eta:g} and restitution_error = {error:g}, which "
-            "must not be negative. Move the log away and submit the job again"
-        )
     if "contacts" not in found:
         return (
             "its log lacks the contacts of its first run, because an earlier version of chaincor "
             "wrote it. Move log.lammps and chain.state away and submit it again"
         )
     contacts = found["contacts"]
+    eta, change = found["restitution"], found.get("momentum_change")
+    wrong = None
     if not (1.0 <= contacts <= _MOST_CONTACTS and contacts.is_integer()):
-        return (
-            f"its log says contacts = {contacts:g}, which is no whole number of 1 or more. "
-            "Move the log away and submit the job again"
-        )
-    return None
+        wrong = f"contacts = {contacts:g}, which is no whole number of 1 or more"
+    for name in _NOT_NEGATIVE:
+        value = found.get(name, 0.0)
+        unknown = name == "restitution_error" and math.isnan(value)  # The scene wants no error.
+        if not (unknown or 0.0 <= value < math.inf):
+            wrong = f"{name} = {value:g}, which is no finite number of 0 or more"
+    if wrong is None and change is not None and not asked.line.targets:
+        # Without a target, eta and the momentum change are two forms of one number.
+        after = change / (float(np.sum(asked.line.chain_masses)) * asked.impact_velocity) - 1.0
+        if not abs(math.sqrt(eta) - abs(after)) <= _SAME * max(1.0, abs(after)):
+            wrong = f"restitution = {eta:g}, but its momentum_change gives {after**2:g}"
+    if wrong is None:
+        return None
+    return f"its log says {wrong}. Move log.lammps and chain.state away and submit it again"
 
 
-def _of_another_run(log: str, as_run: Scene, script: str) -> str | None:
-    """Return why a log may belong to another scene; None if the log identifies its own scene."""
-    named = re.findall(r"^scene = (\S+)", log, re.MULTILINE)
-    if not named and _shows_script(log, script):
+def _of_another_run(log: str, result: str, as_run: Scene, script: str) -> str | None:
+    """Return why a result may be of another scene; None if it identifies its own scene."""
+    named = re.findall(r"^scene = (\S+)", result, re.MULTILINE)
+    if not re.search(r"^scene = ", log, re.MULTILINE) and _shows_script(log, script):
         return None
     last = named[-1] if named else ""
     if last == as_run.sha256:
