@@ -34,9 +34,9 @@ def written_aside(path: Path, kind: str | None = None) -> Iterator[Path]:
             raise
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a text to a file that appears when complete; see `written_aside` for errors."""
-    with written_aside(path) as aside:
+def write_whole(path: Path, text: str, kind: str | None = None) -> None:
+    """Write a text to a file that appears when complete; see `written_aside` for the arguments."""
+    with written_aside(path, kind) as aside:
         aside.write_text(text, encoding="utf-8")
 
 

@@ -17,6 +17,7 @@ from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.analysis.dumps.view import DumpView, ViewedDump
 from chaincor.analysis.dumps.yaml_text import YAML_START
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_texts import path_given
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 from chaincor.lammps_inputs.small_file import refuse_device
@@ -150,7 +151,7 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
     >>> find_job(".").dump.name
     'motion.dump'
     """
-    folder = Path(folder)
+    folder = path_given("folder", folder)
     return _job_of(folder, _files_by_kind(folder), data, dump)
 
 
@@ -168,7 +169,7 @@ def find_jobs(
     files of the job are named, subfolders are not searched. Raises InputError like
     :func:`find_job`.
     """
-    folder = Path(folder)
+    folder = path_given("folder", folder)
     if scene is not None and not Path(scene).is_file():
         raise InputError(f"{scene} does not exist. Give the scene of the job")
     data, dump = (None if path is None else Path(path) for path in (data, dump))

@@ -7,19 +7,21 @@ from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError
 
-# Pattern near the beginning of a file, by kind of file.
+# Pattern in the first _BEGINNING bytes of a file, by kind of output. The patterns recognize outputs
+# of chaincor, not only the format: a user's own dump, archive or page stays.
+_BEGINNING = 1024
 _MARKS = {
-    "dump": b"ITEM:",
-    "arrays": b"PK",
-    "xyz": rb"^\d+\nProp",
-    "results": b"potential,",
-    ".html": b"<!doctype html>",
-    ".gif": b"GIF8",
-    ".mp4": b"ftyp",
-    ".png": b"PNG",
-    ".pdf": b"%PDF",
-    ".svg": rb"<\?xml",
-    ".parquet": b"PAR1",
+    "dump": rb"(?s)^ITEM: .*\nITEM: ATOMS [^\n]*v_displacement",
+    "arrays": rb"(?s)^PK\x03\x04.{26}contact_times\.npy",
+    "xyz": rb"^\d+\nProperties=\S*:displacement:R:1:masses:R:1 ",
+    "results": rb"^potential,toda_b,",
+    ".html": rb"(?s)^<!doctype html>.*<title>A chain meets a wall",
+    ".gif": rb"^GIF8",
+    ".mp4": rb"(?s)^.{4}ftyp",
+    ".png": rb"(?s)^\x89PNG.*Matplotlib",
+    ".pdf": rb"^%PDF-1\.\d\n%\xac\xdc \xab\xba\n",
+    ".svg": rb"(?s)^<\?xml.*Matplotlib",
+    ".parquet": rb"^PAR1",
 }
 
 
@@ -60,7 +62,7 @@ def judge_output(path: Path, kind: str) -> Path:
         return place
     try:
         with place.open("rb") as file:
-            found = file.read(16)
+            found = file.read(_BEGINNING)
     except OSError as error:
         raise InputError(f"cannot read {str(path)!r} to replace it: {error.strerror}") from None
     if found and not re.search(_MARKS.get(kind, b""), found):

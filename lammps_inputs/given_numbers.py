@@ -45,9 +45,9 @@ def last_digit(word: str) -> float:
     return float(f"1e{int(exponent or 0) - decimals}")
 
 
-def shown(value: Any) -> str:
-    """Return the representation of any value in one line of at most 60 characters."""
+def shown(value: Any, most: int = 60) -> str:
+    """Return the representation of any value in one line of at most `most` characters."""
     try:
-        return " ".join(repr(value).split())[:60]
+        return " ".join(repr(value).split())[:most]
     except Exception:  # `repr` of an object may raise any error
         return f"an object of type {type(value).__name__}"

@@ -27,6 +27,7 @@ def text_given(name: str, value: Any) -> str:
 
 def path_given(name: str, value: Any) -> Path:
     """Return a path; raise InputError if `value` is no path."""
-    if not isinstance(value, str | os.PathLike):
+    given = os.fspath(value) if isinstance(value, str | os.PathLike) else None
+    if not isinstance(given, str) or "\0" in given:
         raise InputError(f"{name} is {shown(value)}. Give a path")
-    return Path(value)
+    return Path(given)

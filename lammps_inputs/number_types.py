@@ -1,15 +1,23 @@
-"""Types of numbers in a scene, which exclude `True` and infinity."""
+"""Types of numbers in a scene, which exclude truth values, complex numbers and infinity."""
 
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
+# Kinds of NumPy's types: truth values, complex numbers, bytes, dates and durations.
+_NO_NUMBERS = ("b", "c", "S", "M", "m")
+
 
 def not_a_bool(expected: str) -> BeforeValidator:
-    """Return a validator that refuses True and False, which are 1 and 0 in Python."""
+    """
+    Return a validator that refuses truth values, complex numbers and bytes, also those of NumPy.
+
+    Python would take them for numbers: True is 1, and an imaginary part is dropped.
+    """
 
     def check(value: Any) -> Any:
-        if isinstance(value, bool):
+        kind = getattr(getattr(value, "dtype", None), "kind", "")
+        if isinstance(value, bool | complex | bytes | bytearray) or kind in _NO_NUMBERS:
             raise ValueError(f"expected {expected}")
         return value
 

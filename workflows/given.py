@@ -47,7 +47,8 @@ def scene_given(value: Any) -> Scene:
 
 def scenes_given(values: Any) -> list[Scene]:
     """Return a scene or several scenes as a list; raise InputError for any other object."""
-    if isinstance(values, Iterable) and not isinstance(values, str | bytes | Mapping | Scene):
+    several = isinstance(values, Iterable) and getattr(values, "ndim", 1) > 0
+    if several and not isinstance(values, str | bytes | Mapping | Scene):
         return [scene_given(value) for value in values]
     return [scene_given(values)]
 

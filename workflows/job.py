@@ -14,6 +14,7 @@ from chaincor.lammps_inputs.bead_table import bead_table_rows, format_bead_table
 from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
+from chaincor.lammps_inputs.given_texts import path_given
 from chaincor.lammps_inputs.granular import format_beads, render_granular_job
 from chaincor.lammps_inputs.plain_script import is_plain, plain_scene, render_plain
 from chaincor.lammps_inputs.scene import Scene
@@ -76,7 +77,7 @@ def write_job(
         raise InputError(f"write_job has no argument {unknown[0]!r}. Use one of {', '.join(known)}")
     try:
         files = job_files(scene_given(scene), JobWishes(**wishes))
-        return write_files(files, Path(folder), replace_existing)
+        return write_files(files, path_given("folder", folder), replace_existing)
     except InputError as error:
         error.args = (_OPTION.sub(_argument, str(error)), *error.args[1:])
         raise

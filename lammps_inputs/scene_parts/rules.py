@@ -12,6 +12,7 @@ from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, missing_keys
 from chaincor.lammps_inputs.contacts.contact_laws import CONTACT_KEYS, CONTACT_LAWS, laws_with
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
+from chaincor.lammps_inputs.given_numbers import shown
 from chaincor.lammps_inputs.scene_parts.bead_rules import check_beads
 from chaincor.lammps_inputs.scene_parts.scene_fields import BODY_KEYS, NUMERICS_KEYS
 
@@ -80,8 +81,9 @@ def _one_line(problem: Any, known: Sequence[str]) -> str:
     given = problem.get("input")
     if isinstance(given, Path):  # the end of the message is the most informative part
         given = str(given) if len(str(given)) <= 58 else f"...{str(given)[-55:]}"
-    shown = repr(given) if len(repr(given)) <= 60 else repr(given)[:57] + "..."
-    return f"{problem['loc'][0]} is {shown}: {message[0].lower() + message[1:]}"
+    said = shown(given, 61)
+    said = said if len(said) <= 60 else said[:57] + "..."
+    return f"{problem['loc'][0]} is {said}: {message[0].lower() + message[1:]}"
 
 
 def check_together(scene: "Scene") -> None:

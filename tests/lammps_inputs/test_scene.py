@@ -8,6 +8,7 @@ import threading
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -29,6 +30,10 @@ BAD = [
     ({"particles": -5}, "particles is -5"),
     ({"particles": 2.5}, "particles is 2.5: .*integer"),
     ({"particles": True}, "particles is True: expected a whole number"),
+    ({"particles": np.True_}, "expected a whole number"),
+    ({"velocity": np.array(True)}, "expected a number"),
+    ({"velocity": np.complex128(0.1 + 1j)}, "expected a number"),
+    ({"velocity": b"0.1"}, "expected a number"),
     ({"particles": 10**9}, "particles is 1000000000"),
     ({"particles": "many"}, "particles is 'many'"),
     ({"particles": None}, "particles is None"),
@@ -93,6 +98,13 @@ BAD = [
     ({"error": "perhaps"}, "error is 'perhaps'"),
     ({"save": 3}, "save is 3"),
 ]
+
+
+def test_a_number_that_python_cannot_print_is_named():
+    with pytest.raises(
+        SceneError, match="particles is an object of type int: input should be less"
+    ):
+        Scene(particles=10**5000)
 
 
 @pytest.mark.parametrize(("fields", "line"), BAD, ids=[str(fields)[:60] for fields, _ in BAD])

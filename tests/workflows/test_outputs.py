@@ -2,8 +2,10 @@
 
 import os
 
+import numpy as np
 import pytest
 
+from chaincor import Store, check_table, find_job, to_pandas, write_job
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.output_paths import judge_output
 from chaincor.lammps_inputs.errors import InputError
@@ -66,6 +68,43 @@ def test_films_are_distinguished(tmp_path, name, other, own):
     path.write_bytes(other)
     with pytest.raises(InputError, match="holds something else"):
         judge_output(path, path.suffix)
+
+
+@pytest.mark.parametrize(
+    ("kind", "own"),
+    [
+        ("dump", b"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS id x vx\n1 0 0\n"),
+        ("arrays", b"PK\x03\x04" + bytes(26) + b"word/document.xml"),
+        ("xyz", b"2\nProperties=species:S:1:pos:R:3\nAr 0 0 0\nAr 1 0 0\n"),
+        ("results", b"potential,energy\n1,2\n"),
+        (".html", b"<!doctype html>\n<title>My page</title>\n"),
+        (".png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR photo"),
+        (".pdf", b"%PDF-1.5\n%\xbf\xf7\xa2\xfe\n1 0 obj\n"),
+        (".svg", b'<?xml version="1.0"?>\n<svg xmlns="http://www.w3.org/2000/svg"/>\n'),
+    ],
+)
+def test_a_file_of_ones_own_in_the_same_format_stays(tmp_path, kind, own):
+    path = tmp_path / "own"
+    path.write_bytes(own)
+    with pytest.raises(InputError, match="holds something else"):
+        judge_output(path, kind)
+
+
+@pytest.mark.parametrize("path", [True, 3, b"a", "a\0b", np.array(2), None, object()])
+@pytest.mark.parametrize(
+    "function",
+    [
+        check_table,
+        find_job,
+        to_pandas,
+        Store,
+        lambda path: write_job(BY_LAMMPS, path, plain=True),
+        lambda path: collide([], store=path or 5),
+    ],
+)
+def test_what_is_no_path_is_refused(function, path):
+    with pytest.raises(InputError, match=r"is .*\. Give a path"):
+        function(path)
 
 
 def test_a_device_is_no_file_to_be_replaced(tmp_path):

@@ -25,6 +25,8 @@ from chaincor.workflows.reproduce.plan import Study
 
 # Folder for the figures and their data.
 DRAWINGS = "figures"
+# The folder of a report has the file SIGN, and the same report in other formats.
+SIGN, PAGES = "report.json", ("report.html", "report.md")
 # On the page of slips, this mark means that the paper was suspected of a slip but is right.
 RIGHT = "right as printed"
 _BOND_FORMULAS = {
@@ -246,13 +248,13 @@ def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
 
 
 def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str]) -> None:
-    """Write the page, the summary in Markdown, and the JSON file."""
+    """Write the JSON file, which marks the folder as a report, the page, and the summary."""
+    numbers = json.dumps(stamped(finite(contents)), indent=1, ensure_ascii=False)
+    write_whole(folder / SIGN, numbers, "report")
     environment = page_environment("chaincor.workflows.reproduce")
     environment.filters["found"] = describe_found
     environment.filters["anchor"] = lambda key: "claim-" + re.sub(r"\W+", "-", key)
     environment.filters["cell"] = lambda text: str(text).replace("|", r"\|").replace("\n", " ")
-    for name in ("report.html", "report.md"):
+    for name in PAGES:
         text = environment.get_template(f"{name}.j2").render(**contents, images=images)
-        write_whole(folder / name, text)
-    numbers = json.dumps(stamped(finite(contents)), indent=1, ensure_ascii=False)
-    write_whole(folder / "report.json", numbers)
+        write_whole(folder / name, text, "report")

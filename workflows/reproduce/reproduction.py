@@ -4,12 +4,20 @@ import time
 from pathlib import Path
 from typing import Any
 
+from chaincor.analysis.output_paths import judge_folder
 from chaincor.workflows.outputs import make_folder
 from chaincor.workflows.reproduce import paper
 from chaincor.workflows.reproduce.free_flight import free_flights
 from chaincor.workflows.reproduce.measuring import MeasurementRunner, measure, run_into_store
 from chaincor.workflows.reproduce.plan import FULL, QUICK, ReproductionPlan
-from chaincor.workflows.reproduce.report import DRAWINGS, gather, write_figures, write_report
+from chaincor.workflows.reproduce.report import (
+    DRAWINGS,
+    PAGES,
+    SIGN,
+    gather,
+    write_figures,
+    write_report,
+)
 from chaincor.workflows.research_object import describe_folder, require_rocrate
 
 STORE_FILE = "results.sqlite"
@@ -59,7 +67,7 @@ def reproduce(
     Raises
     ------
     InputError
-        If the folder cannot be created.
+        If the folder cannot be created, or has files of something else.
     MissingLibraryError
         If `as_crate` is true and the library rocrate is not installed.
 
@@ -70,6 +78,7 @@ def reproduce(
     >>> [row["verdict"] for row in report["verdicts"]]  # doctest: +SKIP
     """
     folder = Path(folder)
+    judge_folder(folder, SIGN, PAGES)
     make_folder(folder)
     if as_crate:
         require_rocrate()

@@ -12,6 +12,7 @@ from chaincor.analysis.atomic_write import folder_aside, written_aside
 from chaincor.analysis.observables import OBSERVABLES
 from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_texts import path_given
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.outputs import make_folder
@@ -189,8 +190,8 @@ def to_pandas(store: Store | Path | str | Sequence[Path | str]) -> "pandas.DataF
     if isinstance(store, Store):
         opened: Any = nullcontext(store)
     else:
-        paths = [store] if isinstance(store, Path | str) else store
-        opened = open_stores([*map(Path, paths)])
+        paths = store if isinstance(store, list | tuple) else [store]
+        opened = open_stores([path_given("the results store", path) for path in paths])
     with opened as stores:
         rows = [*_rows(stores)]
     frame = require_pandas().DataFrame.from_records(rows, columns=list(PLAIN_COLUMNS))

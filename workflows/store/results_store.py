@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
+from chaincor.lammps_inputs.given_texts import path_given
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.checked_rows import KEY, check_rows
@@ -76,7 +77,7 @@ class Store:
     """
 
     def __init__(self, path: Path | str, *, read_only: bool = False) -> None:
-        self.path = Path(path)
+        self.path = path_given("the results store", path)
         self.connection = connect(self.path, read_only=read_only)
 
     def __enter__(self) -> Self:

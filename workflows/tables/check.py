@@ -10,6 +10,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.table_rows import spline_through
 from chaincor.lammps_inputs.bonds.table_text import Section
 from chaincor.lammps_inputs.errors import InputError, TableError
+from chaincor.lammps_inputs.given_texts import path_given
 from chaincor.workflows.tables.faults import TOLERANCE, contradictions, other_faults
 from chaincor.workflows.tables.interpolation_causes import cause_of_error
 from chaincor.workflows.tables.judge import Errors, Judge, judged_range, last_row
@@ -110,7 +111,7 @@ def check_table(
         raise InputError(f"the range is {range[0]} to {range[1]}. Give two increasing numbers")
     if rows is not None and rows < 4:
         raise InputError(f"the number of rows is {rows}. Give at least 4")
-    path = Path(path)
+    path = path_given("path", path)
     text = read_text(path)
     report = TableReport(str(path), keyword or "", kind or "bond", style, 0, tolerance, ())
     try:

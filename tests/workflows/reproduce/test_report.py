@@ -7,14 +7,22 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from jinja2 import DictLoader, Environment
 from rocrate.rocrate import ROCrate
 
+from chaincor.analysis.output_paths import judge_folder
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.pages.typesetting import mark_up
-from chaincor.workflows.reproduce import reproduction
+from chaincor.workflows.reproduce import report, reproduction
 from chaincor.workflows.reproduce.measuring import run_into_store
 from chaincor.workflows.reproduce.paper import CLAIMS
 from chaincor.workflows.reproduce.plan import QUICK
-from chaincor.workflows.reproduce.reproduction import describe_reproduction, reproduce_paper
+from chaincor.workflows.reproduce.report import PAGES, SIGN
+from chaincor.workflows.reproduce.reproduction import (
+    describe_reproduction,
+    reproduce,
+    reproduce_paper,
+)
 from chaincor.workflows.store.results_store import Store
 from tests.page_checks import read_page
 
@@ -50,6 +58,26 @@ def reproduced(tmp_path_factory):
 @pytest.fixture(scope="module")
 def folder(reproduced):
     return reproduced[0]
+
+
+def test_a_report_replaces_an_earlier_one(tmp_path, monkeypatch):
+    pages = {f"{name}.j2": "<!DOCTYPE html>\n{{ number }}" for name in PAGES}
+    environment = Environment(loader=DictLoader(pages))
+    monkeypatch.setattr(report, "page_environment", lambda _: environment)
+    for number in (1, 2):
+        report.write_report(tmp_path, {"number": number}, {})
+        judge_folder(tmp_path, SIGN, PAGES)
+        assert json.loads((tmp_path / SIGN).read_text())["number"] == number
+        for name in PAGES:
+            assert (tmp_path / name).read_text().endswith(str(number))
+
+
+@pytest.mark.parametrize("name", ["report.html", "report.md"])
+def test_a_page_of_ones_own_is_no_report(tmp_path, name):
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(InputError, match="holds files of something else"):
+        reproduce(tmp_path, progress=False)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
 @pytest.mark.slow
