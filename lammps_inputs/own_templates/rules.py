@@ -1,5 +1,6 @@
 """Rules for the commands in templates of users: which are refused, and why."""
 
+import itertools
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -7,6 +8,7 @@ from typing import NoReturn
 
 from chaincor.lammps_inputs.commands import commands_of, words_of
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.own_templates.files import wrong_file
 
 # First words of refused commands, with the reasons.
 _REFUSED = {
@@ -34,14 +36,33 @@ _REFUSED = {
     "next": "the job would skip its runs for the error bar",
     "velocity": "the job sets the velocities",
 }
+# Commands that measure or print, and change neither the motion nor the job. A template that extends
+# the job may contain these, and fixes.
+_HARMLESS = frozenset(
+    (
+        *("compute", "compute_modify", "uncompute", "dump", "dump_modify", "undump", "write_dump"),
+        *("thermo", "thermo_modify", "thermo_style", "variable", "print", "echo", "info"),
+        *("group", "region", "if", "label", "jump", "fix", "unfix"),
+        *("fix_modify", "write_data", "write_restart", "write_coeff"),
+    )
+)
+_OF_IF = ("then", "elif", "else")
+# Commands that exert forces, which a template declares.
+_PAIRS = ("pair_style", "pair_coeff", "pair_modify", "special_bonds", "angle_style", "angle_coeff")
 # Commands that are also refused in a whole script. The last of the following rules applies to fixes
 # in a whole script.
 _PROGRAMS = {
     **dict.fromkeys(
-        ("shell", "python", "plugin", "geturl", "mdi", "message"), "a job runs LAMMPS alone"
+        ("shell", "python", "plugin", "geturl", "mdi", "message", "server", "kim", "kim_query"),
+        "a job runs LAMMPS alone",
     ),
     "include": "a job reads no other scripts",
     "partition": "a job runs in a single partition",
+}
+_VARIABLES = {
+    "python": "a job runs LAMMPS alone",
+    "getenv": "a job depends on its own files alone",
+    **dict.fromkeys(("file", "atomfile"), "a job reads no other scripts"),
 }
 # Patterns of the styles of refused fixes, with the reasons.
 _REFUSED_FIXES = [
@@ -57,13 +78,23 @@ _REFUSED_FIXES = [
     (r"halt", "the job finds the wall by its own `fix halt`, and a second one would stop its runs"),
     (r"deform|balance|adapt.*|dt/reset", "the job needs a constant box and a constant time step"),
     (r"shake|rattle", "a chain of fixed bonds cannot be compressed"),
-    (r"python.*|external|plumed|client.*|mdi.*|ipi", "a job runs LAMMPS alone"),
+    (r"python.*|external|plumed|colvars|client.*|mdi.*|ipi|imd", "a job runs LAMMPS alone"),
 ]
-_FORCES = (
-    r"addforce|aveforce|setforce|efield|gravity|spring.*|momentum|recenter|heat|ehex|smd.*|drag"
-    r"|viscous.*|damping.*|indent|lineforce|planeforce|oneway|propel.*"
-)
+# Patterns of the styles of fixes that measure and do not act on the particles.
+_PASSIVE = r"ave/.*|print|store/.*|vector|nonaffine/displacement"
+# Suffixes of accelerated styles, which LAMMPS runs like the plain style.
+_ACCELERATED = re.compile(r"/(omp|kk(/(host|device))?|gpu|intel|opt)$")
 _BY_VELOCITY = r"viscous.*|drag|damping.*"
+# Commands that change what another command made under a name.
+_OF_NAMES = {
+    "unfix": "fix",
+    "fix_modify": "fix",
+    "undump": "dump",
+    "dump_modify": "dump",
+    "uncompute": "compute",
+    "compute_modify": "compute",
+    "jump": "label",
+}
 _WITH_NAMES = ("fix", "variable", "label", "group", "dump", "compute")
 
 
@@ -100,6 +131,7 @@ def check_whole(text: str) -> None:
         )
     for part, words in _with_quoted(commands):
         _first_word(part, words, _PROGRAMS, _REFUSED_FIXES[-1:])
+        _refuse_files(part, words)
 
 
 def _first_word(
@@ -116,11 +148,22 @@ def _first_word(
         _refuse(command, refused[first])
     if first == "jump" and words[1:2] != ["SELF"]:
         _refuse(command, "a job jumps only within its own file, by SELF")
+    if first in ("fix", "variable") and "$" in "".join(
+        words[2:4] if first == "fix" else words[2:3]
+    ):
+        _refuse(command, "its style must not contain a variable")
+    if first == "variable" and (reason := _VARIABLES.get("".join(words[2:3]))):
+        _refuse(command, reason)
     if first == "fix" and len(words) > 3:
         for pattern, reason in refused_fixes:
-            if re.fullmatch(pattern, words[3]):
+            if re.fullmatch(pattern, _style_of(words)):
                 _refuse(command, reason)
     return first
+
+
+def _style_of(words: list[str]) -> str:
+    """Return the style of a fix, without the suffix of an accelerated style."""
+    return _ACCELERATED.sub("", words[3])
 
 
 def _check(
@@ -131,28 +174,44 @@ def _check(
     other_forces: bool,
 ) -> None:
     first = _first_word(command, words, _REFUSED | _PROGRAMS, _REFUSED_FIXES)
-    kind = {"unfix": "fix"}.get(first, first)
-    if kind in _WITH_NAMES and len(words) > 1 and words[1] in names[kind]:
-        _refuse(command, f"the job itself uses the name {words[1]}")
+    _refuse_files(command, words)
+    kind = _OF_NAMES.get(first, first)
+    name = words[2 if first == "jump" else 1 :][:1]
+    if kind in _WITH_NAMES and name:
+        if "$" in name[0]:
+            _refuse(command, "its name must not contain a variable")
+        if name[0] in names[kind]:
+            _refuse(command, f"the job itself uses the name {name[0]}")
+    if first == "thermo_modify" and "lost" in words:
+        _refuse(command, "a job must not lose particles")
+    acts = first in _PAIRS
     if first == "fix" and len(words) > 3:
-        style = words[3]
-        if re.fullmatch(_FORCES, style) and not other_forces:
-            _refuse(
-                command,
-                "momentum from other forces would be attributed to the wall",
-                "Declare it by {% set other_forces = true %} in the template, or remove it",
-            )
-        if composed and re.fullmatch(_BY_VELOCITY, style):
+        acts = not re.fullmatch(_PASSIVE, _style_of(words))
+        if composed and re.fullmatch(_BY_VELOCITY, _style_of(words)):
             _refuse(
                 command,
                 "composed schemes contain backward steps, and a force that depends on the velocity "
                 "is not reversible",
                 "Give --scheme verlet, or remove it",
             )
+    if acts and not other_forces:
+        _refuse(
+            command,
+            "momentum from other forces would be attributed to the wall",
+            "Declare it by {% set other_forces = true %} in the template, or remove it",
+        )
+    if not acts and first not in _HARMLESS:
+        _refuse(command, "a template may only measure, print and add declared forces")
 
 
 def _refuse(command: str, reason: str, remedy: str = "Remove it") -> NoReturn:
     raise SceneError(f"the template has the command {command[:60]!a}, but {reason}. {remedy}")
+
+
+def _refuse_files(command: str, words: list[str]) -> None:
+    reason = wrong_file(words)
+    if reason is not None:
+        _refuse(command, reason, "Give the name of a file of its own in the folder of the job")
 
 
 def _with_quoted(commands: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
@@ -172,6 +231,9 @@ def _with_quoted(commands: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
             _refuse(command, "a quote is not closed")
         yield command, words
         if words[:1] == ["if"]:
-            yield from _with_quoted(words[2:])
+            # The word after `elif` is a condition.
+            found = itertools.pairwise(words[1:])
+            parts = [word for before, word in found if before != "elif"]
+            yield from _with_quoted(part for part in parts if part not in _OF_IF)
         elif words[:1] == ["run"] and "every" in words:
             yield from _with_quoted(words[words.index("every") + 2 :])

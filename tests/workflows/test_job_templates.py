@@ -7,6 +7,7 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
+from chaincor.lammps_inputs.own_templates.rules import check_commands, check_whole
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import JobWishes
 from chaincor.workflows.job import job_files, write_job
@@ -104,6 +105,84 @@ def test_what_a_job_cannot_live_with_is_refused_by_name(case):
     block, commands, line = REFUSED[case]
     with pytest.raises(SceneError, match=re.escape(line)):
         job_files(VERLET, JobWishes(template=own(block, commands)))
+
+
+PLAIN = "label flight\nfix motion all nve\nthermo_style custom step\n"
+
+
+@pytest.mark.parametrize(
+    ("commands", "line"),
+    [
+        ("set atom 1 vx 5.0", "may only measure, print and add declared forces"),
+        ("mass * 2.0", "may only measure"),
+        ("change_box all x scale 2", "may only measure"),
+        ("SHELL touch x", "may only measure"),
+        ("if 1 then 'set group all x 0'", "may only measure"),
+        ("if 0 then 'print a' elif '1 == 1' 'mass 1 2'", "may only measure"),
+        ("pair_style lj/cut 2.5", "set other_forces = true"),
+        ("fix f all bond/break 1 1 1.1", "set other_forces = true"),
+        ("fix f all unknown/style", "set other_forces = true"),
+        ("fix f all setforce/omp 0 0 0", "set other_forces = true"),
+        ("fix f all nve/omp", "would move twice"),
+        ("variable s string setforce\nfix f all ${s} 0 0 0", "its style must not contain"),
+        ("fix ${x} all ave/time 1 1 1 v_x", "its name must not contain"),
+        ("fix_modify motion energy yes", "uses the name motion"),
+        ("jump SELF flight", "uses the name flight"),
+        ("thermo_modify lost ignore", "must not lose particles"),
+    ],
+)
+def test_a_template_changes_no_physics(commands, line):
+    with pytest.raises(SceneError, match=re.escape(line)):
+        check_commands(PLAIN + commands, PLAIN, composed=False, other_forces=False)
+
+
+@pytest.mark.parametrize(
+    "commands",
+    [
+        "if '1 == 0' then 'print a' elif '1 == 1' 'print b' else 'print c'",
+        "fix m all ave/time 1 1 1 v_x file e.txt\nthermo_style custom step etotal",
+        "dump d all custom 10 frames/d.*.gz id x\ndump_modify d sort id",
+        'print "a / b" file result_${velocity}.txt',
+        "variable r equal x[1]/2\nlabel mine\njump SELF mine",
+    ],
+)
+def test_a_template_measures_and_prints(commands):
+    check_commands(PLAIN + commands, PLAIN, composed=True, other_forces=False)
+    check_whole(f"{commands}\nrun 1")
+
+
+@pytest.mark.parametrize(
+    ("command", "line"),
+    [
+        ('print "x" file /tmp/x', "only files in its own folder"),
+        ("print 'x' append ../x", "only files in its own folder"),
+        ("print 'shell ls' file in.chain", "would replace a file of the job"),
+        ("print 'shell ls' file ./chain.state", "would replace a file of the job"),
+        ("print 'shell ls' file in${x}", "would replace a file of the job"),
+        ("print 'shell ls' file ${x}", "must begin with a letter"),
+        ("print 'shell ls' ${option} x", "its options must not contain a variable"),
+        ("variable f string in.chain", "names a file of the job"),
+        ("if 1 then 'print x file ~/x'", "only files in its own folder"),
+        ("fix f all print 1 'x' file a/../../x", "only files in its own folder"),
+        ("fix f all ave/time 1 1 1 v_x file log.lammps", "would replace a file of the job"),
+        ("dump d all atom 1 |cat", "only files in its own folder"),
+        ("dump d all atom 1 'x`ls`.gz'", "only files in its own folder"),
+        ("dump d all atom 1 x;ls", "must begin with a letter or digit and contain no other"),
+        ("write_data chain.data", "would replace a file of the job"),
+        ("write_dump all atom /tmp/x", "only files in its own folder"),
+        ("variable f getenv HOME", "depends on its own files alone"),
+        ("variable f file names.txt", "reads no other scripts"),
+        ("variable f python g", "runs LAMMPS alone"),
+        ("fix f all colvars x.in", "runs LAMMPS alone"),
+    ],
+)
+def test_a_template_stays_in_the_folder_of_the_job(command, line):
+    for check in (
+        lambda: check_commands(PLAIN + command, PLAIN, composed=False, other_forces=True),
+        lambda: check_whole(f"{command}\nrun 1"),
+    ):
+        with pytest.raises(SceneError, match=re.escape(line)):
+            check()
 
 
 def test_a_drag_needs_steps_that_only_go_forward():
