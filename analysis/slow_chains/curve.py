@@ -1,8 +1,8 @@
 r"""
 Dissipation of a slow long chain, from a computed curve and the lead of the front.
 
-.. math:: n^{2/3} (1 - \eta) = h_r(y) + 2 \beta\, n^{-1/3} + o(n^{-1/3}), \qquad
-          y = r (r - 1) |c|\, v_0^{r-2} n^{2/3}
+.. math:: n^{2/3} (1 - \eta) = h_r(y) + 2 \beta\, n^{-1/3} + O(n^{-8/15}), \qquad
+          y = (-1)^r r (r - 1) c\, v_0^{r-2} n^{2/3}
 
 for bonds U = s^2/2 + c s^r + ...; y < 0 if compression softens the bond. There is one curve h_r for
 each order r of the bonds, and beta is the lead. The derivation is in
@@ -27,9 +27,10 @@ TABLE = Path(__file__).with_name("curves.csv")
 # Lead of the front of a harmonic chain at a wall, in bond lengths: ``harmonic.front_lead``.
 FRONT_LEAD = 0.9945645
 
-# Limit of h_3(y)/y for y -> infinity. How h_3(y)/y approaches the limit is not derived. The error
-# bar therefore covers every fit of ``python -m benchmarks.slow_chains.limit`` that describes the
-# points up to y = 240, and also the value at y = 320, which lies below these fits.
+# Centre and half-width of an interval for the limit of h_3(y)/y, y -> infinity. The form of the
+# approach is unknown. The upper end is the largest fit of ``benchmarks.slow_chains.limit``. The
+# fits exceed the value at y = 320 by 3e-4; the lower end lies below 0.3750, the value of the
+# steepest fronts, by about as much.
 STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.3754, 0.0008
 
 # Largest relative error of the interpolation of h between the points of the table:
@@ -182,7 +183,7 @@ def long_chain_slope(bond: Potential) -> float:
     Return C of :math:`1 - \eta = C v_0/v^*`, in the limit of long chains, then of low speed.
 
     :math:`C = 0.3754(8)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.013(2) for lj,
-    0.952(2) for toda at any b, 0.726(2) for log.
+    0.952(2) for toda at any b, 0.726(2) for log. The errors are half-widths of intervals.
 
     Parameters
     ----------
@@ -222,8 +223,8 @@ def slow_chain_dissipation(bond: Potential, particles: int, impact_velocity: flo
     Returns
     -------
     float
-        :math:`n^{-2/3} h_r(y) + 2 \beta/n`. The neglected terms decrease faster than 1/n at fixed
-        y.
+        :math:`n^{-2/3} h_r(y) + 2 \beta/n`. The largest neglected term decreases as n^(-6/5) at
+        fixed y.
     """
     variable = slow_chain_variable(bond, particles, impact_velocity)
     loss = float(limiting_loss(variable, bond.anharmonic_order or 3))
