@@ -79,6 +79,7 @@ def row(root: Path, name: str, seconds: float, output: Path | None) -> str:
             return f"| {name} | - | the study did not end in time | - | - |"
         taken = worked() - started
         if output is not None:
+            output.mkdir(parents=True, exist_ok=True)
             text = describe_script_study(study)
             (output / f"{name.replace('/', '_')}.txt").write_text(text + "\n", encoding="utf-8")
             (output / f"{name.replace('/', '_')}.pickle").write_bytes(pickle.dumps(study))
