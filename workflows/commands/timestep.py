@@ -54,7 +54,9 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
 
     KEYWORD is a thermo keyword, compute or variable (etotal, c_1, v_x). KIND is mean (over the
     second half of the run), last, drift or fluctuation. By default, the study covers temperature,
-    potential energy, pressure, and the drift and fluctuation of the total energy.
+    potential energy, pressure, and the drift and fluctuation of the total energy. With a
+    thermostat, econserve replaces the total energy if LAMMPS counts the exchanged energy;
+    otherwise the drift is left out.
 
     Each run uses a copy of the script's folder, covers the same physical time exactly, and writes
     no dumps. With --vary, the study varies a variable, a cutoff, seeds or the number of processes

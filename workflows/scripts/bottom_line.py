@@ -10,8 +10,7 @@ from chaincor.workflows.scripts.answers import (
 )
 from chaincor.workflows.scripts.ladder_runs import ScriptLadder
 from chaincor.workflows.scripts.number_names import MOST_LISTED, all_of, listed, name_in
-from chaincor.workflows.scripts.remedies import no_change, unanswered
-from chaincor.workflows.scripts.step_counts import periods_in_steps
+from chaincor.workflows.scripts.remedies import no_change, unanswered, unscaled_period
 from chaincor.workflows.scripts.step_settings import where_to_set
 
 if TYPE_CHECKING:
@@ -68,11 +67,12 @@ def _own_value(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -
     if too_large and all(math.isinf(a.error) for a in too_large):
         return f"{yours} is coarser than the values tried, so it was not judged."
     too_large += answer.in_state("beyond")
-    counting = None if study.varied.scale_periods else next(periods_in_steps(study.counts), None)
+    counting = unscaled_period(study)
     if too_large and counting is not None:
         return (
             f"{yours} is not small enough for {listed(too_large)}. The integrator may not be the "
-            f"cause: {counting}, so more often in time at a smaller step."
+            f"cause: {counting}, so more often in time at a smaller step. First run the command at "
+            "the end of this line."
         )
     if too_large:
         return f"{yours} is too large for {listed(too_large)}."
@@ -81,10 +81,10 @@ def _own_value(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -
     noisy = answer.in_state("too noisy")
     if not noisy:
         return f"{yours} is small enough for {all_of(answer.judged)}."
-    quiet = len(answer.judged) - len(noisy)
+    count, total = len(answer.judged), len(answer.judged) + len(answer.in_state("not judged"))
     text = f"{yours} is small enough"
-    if quiet:
-        text += f" for {quiet} of {len(answer.judged)} quantities"
+    if total > 1:
+        text += f" for {f'all {count}' if count == total else f'{count} of {total}'} quantities"
     return f"{text}, but one run is too noisy for {listed(noisy)}."
 
 
@@ -96,7 +96,7 @@ def _use(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> str:
         now = " for now" if answer.in_state("not judged") else ""
         if use.runs == 1:
             return f"Keep it{now}; one run is enough."
-        text = f"Keep it{now} and {_average(use)}"
+        text = f"Keep it{now} and {_average(use, answer)}"
         if answer.single is not None:
             text += f", or use {ladder.name} {ladder.text(answer.single.value)} and one run"
         return f"{text}."
@@ -107,9 +107,12 @@ def _use(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> str:
     if several is not None and (
         answer.single is None or ladder.step(several.value) > ladder.step(answer.single.value)
     ):
-        parts.append(f"{ladder.text(several.value)} and {_average(several)}")
+        parts.append(f"{ladder.text(several.value)} and {_average(several, answer)}")
     where = where_to_set(study, ladder.name)
-    text = f"Use {ladder.name} {', or '.join(parts)}{where}."
+    use_it = "Use"
+    if answer.in_state("too large") and unscaled_period(study) is not None:
+        use_it = "Until then, use"
+    text = f"{use_it} {ladder.name} {', or '.join(parts)}{where}."
     return f"{text}{_decides(each, answer)}"
 
 
@@ -127,8 +130,12 @@ def _decides(each: ScriptLadder, answer: LadderAnswer) -> str:
     return f" The quantity that needs the finest {each.ladder.name} is {name_in(row)}."
 
 
-def _average(choice: Choice) -> str:
-    return f"average {choice.runs} runs (or run {choice.runs} times as long)"
+def _average(choice: Choice, answer: LadderAnswer) -> str:
+    """Write how many runs to average; a longer run replaces them if all quantities are means."""
+    text = f"average {choice.runs} independent runs"
+    if all(a.number.name.endswith(":mean") for a in answer.judged):
+        text += f" (or run {choice.runs} times as long)"
+    return text
 
 
 def _how_sure(each: ScriptLadder, answer: LadderAnswer) -> str:

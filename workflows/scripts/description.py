@@ -4,6 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 from chaincor.workflows.scripts.bottom_line import answer_of
+from chaincor.workflows.scripts.ladder import STEP
 from chaincor.workflows.scripts.ladder_runs import ScriptLadder
 from chaincor.workflows.scripts.number_text import (
     cells,
@@ -15,7 +16,7 @@ from chaincor.workflows.scripts.number_text import (
     run_longer,
 )
 from chaincor.workflows.scripts.parting import PARTED, PartingComparison
-from chaincor.workflows.scripts.remedies import times_longer
+from chaincor.workflows.scripts.remedies import rounded, times_longer
 
 if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
@@ -73,8 +74,9 @@ def _runs_said(study: "ScriptStudy") -> str:
     """Return the number of runs, and the differences between the runs at one value."""
     varied = study.varied
     count = sum(len(each.runs) for each in study.ladders)
-    each = f"{len(varied.seeds)} seeds" if varied.seeds else f"{varied.columns} nearby values"
-    return f"{count} runs, {each} at each"
+    name = "timestep" if study.ladder is not None and study.ladder.name == STEP else "value"
+    each = f"{len(varied.seeds)} seeds at" if varied.seeds else f"{varied.columns} near"
+    return f"{count} runs, {each} each {name}"
 
 
 def _describe_ladder(study: "ScriptStudy", each: ScriptLadder) -> list[str]:
@@ -169,7 +171,7 @@ def _ends(study: "ScriptStudy", ends: tuple[float, float]) -> str:
         )
         why = "" if reset is None else f" ({reset}, 'reset_timestep', sets the clock back)"
         text = f"the samples end at different times, from {low:.6g} to {high:.6g}{why}"
-        return f"note: {text}. These different times may cause part of the scatter."
+        return f"note: {text}. The errors above include the scatter that this causes."
     text = f"the runs end at different times, from {low:.6g} to {high:.6g}, because the run length "
     text += "is not a multiple of each step. Choose a length that is a multiple of every step."
     return f"note: {text}"
@@ -189,8 +191,10 @@ def _short_means(study: "ScriptStudy", each: ScriptLadder, short: dict[str, floa
     )
     text += f"the choice of the {each.ladder.name}. "
     bar = f"an error bar of {'this mean' if one else 'these means'} from one run"
-    if times_longer(study, each, answer_of(study, each)) >= factor:
-        return f"note: {text}The longer runs of the last line also give {bar}."
+    longer = times_longer(study, each, answer_of(study, each))
+    if longer >= factor:
+        proposed = f"The runs proposed at the end, {rounded(longer)} times longer,"
+        return f"note: {text}{proposed} also give {bar}."
     return f"note: {text}For {bar}, make the run {factor} times longer."
 
 

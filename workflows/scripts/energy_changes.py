@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
-from chaincor.workflows.scripts.quantities import Quantity
+from chaincor.workflows.scripts.quantities import ALL, Quantity
 from chaincor.workflows.scripts.script_run import Runner
 from chaincor.workflows.scripts.script_text import Command, ScriptText
 from chaincor.workflows.scripts.step_counts import find_step_counts, plain_style
@@ -24,11 +24,16 @@ _BATHS = ("nvt", "npt", "nph", "langevin", "temp/", "press/", "deform", "rigid/n
           "brownian", "gle", "gld", "wall/", "move", "addforce", "efield", "indent", "heat", "ehex",
           "viscous", "setforce", "smd", "thermal/", "aveforce", "nve/limit", "evaporate", "deposit",
           "pour", "gcmc", "freeze", "drag", "gravity")  # fmt: skip
+# A reflecting wall exchanges energy only if it moves.
+_MIRROR = "wall/reflect"
 # econserve counts the energy that these fixes exchange, as measured with LAMMPS of 2025-07-22: with
 # them it stays constant to 1e-3 where etotal changes by a tenth. It counts fix langevin only with
 # the keyword `tally yes`, and no other fix.
 _COUNTED = ("nvt", "npt", "nph", "temp/", "rigid/nvt", "rigid/npt")
 _TALLY = "tally yes"
+# These fixes exchange energy to hold a temperature or a pressure.
+_THERMOSTATS = ("nvt", "npt", "nph", "langevin", "temp/", "press/", "rigid/nvt", "rigid/npt",
+                "brownian", "gle", "gld", "viscous", "heat", "ehex", "thermal/")  # fmt: skip
 _UNSHIFTED = ("lj/cut", "lj96/cut", "morse", "buck", "yukawa", "born", "mie/cut", "lj/expand")
 # If a table has fewer rows, its forces differ visibly from the slope of its energies.
 _FEW_ROWS = 2000
@@ -112,6 +117,25 @@ class EnergyChange:
         return f"{head}{found}" + (f" Other likely causes: {others}." if others else "")
 
 
+def default_quantities(script: ScriptText) -> tuple[str, ...]:
+    """
+    Return the quantities of a study whose user requests none.
+
+    A thermostat changes etotal. If econserve counts the exchanged energy, it replaces etotal.
+    Otherwise the drift of etotal depends on the thermostat and is left out.
+    """
+    baths = [
+        cause
+        for command in script.commands
+        if (cause := _bath(command, _KEPT[0])) and _style(command).startswith(_THERMOSTATS)
+    ]
+    if not baths:
+        return ALL
+    if all(cause.counted for cause in baths):
+        return tuple(each.replace(_KEPT[0], _COUNTING) for each in ALL)
+    return tuple(each for each in ALL if each != f"{_KEPT[0]}:drift")
+
+
 def find_energy_changes(
     runner: Runner, varied: Varied, ladder: ScriptLadder
 ) -> tuple[EnergyChange, ...]:
@@ -181,9 +205,9 @@ def _find_causes(script: ScriptText, what: str) -> Iterator[DriftCause]:
 
 def _bath(command: Command, what: str) -> DriftCause | None:
     words = command.words
-    if words[0] != "fix" or len(words) < 4 or not plain_style(words[3]).startswith(_BATHS):
+    style = _style(command)
+    if not style.startswith(_BATHS) or (style == _MIRROR and "v_" not in " ".join(words)):
         return None
-    style = plain_style(words[3])
     countable = style.startswith("langevin")
     counted = style.startswith(_COUNTED) or (countable and _TALLY in " ".join(words))
     if counted and what == _COUNTING:
@@ -192,6 +216,12 @@ def _bath(command: Command, what: str) -> DriftCause | None:
     return DriftCause(
         f"the exchange of energy by {fix}", exchanges=fix, counted=counted, countable=countable
     )
+
+
+def _style(command: Command) -> str:
+    """Return the style of a fix without an accelerated suffix; empty for other commands."""
+    words = command.words
+    return plain_style(words[3]) if words[0] == "fix" and len(words) > 3 else ""
 
 
 def _cutoff(command: Command, script: ScriptText) -> DriftCause | None:

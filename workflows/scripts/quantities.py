@@ -15,7 +15,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import last_digit, number_in
 from chaincor.workflows.errors import RunError
 
-# These quantities are studied by default.
+# These quantities are studied by default if the script has no thermostat.
 ALL = ("etotal:drift", "etotal:fluctuation", "temp", "pe", "press")
 KINDS = ("mean", "last", "drift", "fluctuation")
 # These thermo keywords are energies, in the unit of `ke`.
@@ -115,11 +115,17 @@ def read_quantity(text: str) -> Quantity:
     return Quantity(found["what"], kind)
 
 
-def read_asked(quantities: Sequence[str], observable: str | None) -> RequestedNumbers:
-    """Read the requested quantities; raise InputError if one is invalid or given twice."""
+def read_asked(
+    quantities: Sequence[str], observable: str | None, default: Sequence[str] = ALL
+) -> RequestedNumbers:
+    """
+    Read the requested quantities; raise InputError if one is invalid or given twice.
+
+    `default` are the quantities if neither quantities nor a pattern is given.
+    """
     if observable is not None:
         check_pattern(observable)
-    texts = tuple(quantities) if quantities or observable is not None else ALL
+    texts = tuple(quantities) if quantities or observable is not None else default
     asked = RequestedNumbers(observable, tuple(read_quantity(text) for text in texts))
     if len(set(asked.names)) < len(asked.names):
         raise InputError(f"{' '.join(texts)} contains a quantity twice. Give each quantity once")

@@ -11,7 +11,7 @@ from chaincor.workflows.scripts.change import draws_forces
 from chaincor.workflows.scripts.ladder import STEP
 from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 from chaincor.workflows.scripts.number_names import listed, name_in, name_of
-from chaincor.workflows.scripts.step_counts import periods_in_steps
+from chaincor.workflows.scripts.step_counts import StepCount, periods_in_steps
 
 if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
@@ -42,11 +42,16 @@ def unanswered(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -
     beyond, hidden = answer.in_state("beyond"), answer.in_state("not judged")
     said = [_no_value(each, beyond)] if beyond else []
     said += [_not_judged(each, hidden)] if hidden else []
-    if beyond or hidden:
+    if beyond or hidden or (answer.in_state("too large") and unscaled_period(study) is not None):
         said.append(_remedy(study, each, [*beyond, *hidden]).text)
     if constant := [a.number for a in answer.in_state("constant")]:
         said.append(_of_constants(study, each, constant, alone=answer.all_constant))
     return said
+
+
+def unscaled_period(study: "ScriptStudy") -> StepCount | None:
+    """Return the first command whose period in steps affects the motion, unless it is scaled."""
+    return None if study.varied.scale_periods else next(periods_in_steps(study.counts), None)
 
 
 def times_longer(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> float:
@@ -93,13 +98,11 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
     """Propose a command that would judge the quantities in `answers`."""
     numbers = [a.number for a in answers]
     varied = study.varied
-    counting = next(periods_in_steps(study.counts), None)
-    if counting is not None and not varied.scale_periods:
+    if unscaled_period(study) is not None:
         # A period in steps changes with the step, and may affect the result more than the step
         # itself.
-        said = f"{counting.command} counts steps: to keep its period in time, run"
-        said = said[0].upper() + said[1:]
-        return Remedy(f"{said}: {study.command.again('--scale-periods')}")
+        command = study.command.again("--scale-periods")
+        return Remedy(f"To keep periods that are counted in steps, run: {command}")
     noisy = [number for number in numbers if not needs_finer(number)]
     if not noisy:
         command = study.command.again(ladder=_extended(study, each, numbers))
@@ -118,8 +121,8 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
     if more * varied.columns <= _MOST_PHASES:
         option = "--seeds" if varied.seeds else "--phases"
         return _more_runs(study, each, (option, math.ceil(more * varied.columns)))
-    factor = "100 times longer or more" if more > _MOST_LONGER else f"{_rounded(more)} times longer"
-    text = f"To judge, make the runs {factor}, then run: {study.command.again()}"
+    factor = "100 times longer or more" if more > _MOST_LONGER else f"{rounded(more)} times longer"
+    text = f"To judge, make the script's runs {factor}, then run: {study.command.again()}"
     return Remedy(text, min(more, _MOST_LONGER))
 
 
@@ -146,7 +149,8 @@ def _left(number: NumberLadder) -> float:
     return float(number.verdict.promised[-1]) / (number.tolerance or 1e-300)
 
 
-def _rounded(factor: float) -> str:
+def rounded(factor: float) -> str:
+    """Return a factor as text with one digit."""
     return f"{float(f'{factor:.1g}'):g}"
 
 

@@ -120,7 +120,11 @@ def _of_others(command: Command) -> StepCount | None:
             return StepCount(command, "neigh_modify check no", says, periods=True)
     formula = words[0] == "variable" and words[2:3] in (["equal"], ["atom"], ["vector"])
     if formula and _COUNTING.search(" ".join(words[3:])):
-        return StepCount(command, f"variable {words[1]}", "uses the number of the step")
+        return StepCount(
+            command,
+            f"variable {words[1]}",
+            "uses the number of the step instead of the time",
+        )
     return None
 
 

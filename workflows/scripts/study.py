@@ -12,7 +12,11 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import positive_number_given, whole_number_given
 from chaincor.lammps_inputs.given_texts import path_given, text_given, texts_given
 from chaincor.workflows.scripts.crashes import CrashedRun, crashed_runs
-from chaincor.workflows.scripts.energy_changes import EnergyChange, find_energy_changes
+from chaincor.workflows.scripts.energy_changes import (
+    EnergyChange,
+    default_quantities,
+    find_energy_changes,
+)
 from chaincor.workflows.scripts.ladder import Ladder
 from chaincor.workflows.scripts.ladder_runs import Progress, ScriptLadder, measure_ladder
 from chaincor.workflows.scripts.parting import PartingComparison, compare_runs
@@ -148,6 +152,8 @@ def timestep_study(
         The kind is ``mean`` (the default, over the second half of the run), ``last``, ``drift`` or
         ``fluctuation``. If neither `quantities` nor `observable` is given, the study covers
         temperature, potential energy, pressure, and the drift and fluctuation of the total energy.
+        With a thermostat, ``econserve`` replaces the total energy if LAMMPS counts the exchanged
+        energy; otherwise the drift is left out.
     observable : str, optional
         Regular expression with one group around a number that the script prints. ``^`` and ``$``
         match at the ends of each line, and the last match counts.
@@ -212,8 +218,8 @@ def timestep_study(
     if tolerance is not None:
         tolerance = positive_number_given("the tolerance", tolerance)
     timeout = positive_number_given("the time limit of a run", timeout)
-    asked = read_asked(quantities, observable)
     text = ScriptText.read(script)
+    asked = read_asked(quantities, observable, default_quantities(text))
     text.check()
     printed = observable is not None
     varied = read_varied(

@@ -32,10 +32,11 @@ def default_tolerance(
 
     The default is a tenth of the quantity's standard deviation, within runs and between runs. For
     the fluctuation of an energy, the default is a tenth of the kinetic energy's standard deviation.
-    For the fluctuation and the drift of an energy, it is at least 1e-4 kT per degree of freedom.
-    For a printed or constant quantity, the default is a thousandth of its value, or of its largest
-    result if the value is 0 within its error. `runs` are the samples on the finest rung, and
-    `results` are the results of all runs.
+    For the fluctuation and the drift of an energy, it is at least 1e-4 kT per degree of freedom,
+    and for a drift at least a tenth of the drift that remains at small steps. For a printed or
+    constant quantity, the default is a thousandth of its value, or of its largest result if the
+    value is 0 within its error. `runs` are the samples on the finest rung, and `results` are the
+    results of all runs.
     """
     if verdict.value is None or not np.all(np.isfinite(verdict.promised)):
         return None
@@ -58,6 +59,11 @@ def default_tolerance(
         kinetic = float(np.median([thermal_tolerance(each) for each in runs]))
         thermal = Tolerance(kinetic, "1e-4 kT per degree of freedom")
         found = max(found, thermal, key=lambda each: each.value)
+    if quantity.kind == "drift":
+        lasting = Tolerance(
+            _OF_SPREAD * abs(verdict.value), "a tenth of the drift at small timesteps"
+        )
+        found = max(found, lasting, key=lambda each: each.value)
     return found
 
 

@@ -13,7 +13,9 @@ from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts import figure
 from chaincor.workflows.scripts.crashes import find_crash
 from chaincor.workflows.scripts.description import describe_script_study
+from chaincor.workflows.scripts.energy_changes import default_quantities
 from chaincor.workflows.scripts.script_run import ScriptRunError
+from chaincor.workflows.scripts.script_text import ScriptText
 from chaincor.workflows.scripts.study_files import script_study_to_dict
 from chaincor.workflows.scripts.vary_options import in_whole_numbers, read_ladder
 from tests.workflows.scripts.test_unedited import SPRING
@@ -281,6 +283,23 @@ def test_a_thermostat_is_named_and_not_tested(fix, instead, tmp_path):
         assert f"{said}be conserved{instead}" in text
 
 
+@pytest.mark.parametrize(
+    ("fixes", "quantities"),
+    [
+        ("fix 2 all wall/reflect xlo 0.0", ["etotal:drift", "etotal:fluctuation"]),
+        ("fix 2 all wall/lj93 xlo 0.0 1.0 1.0 2.5", ["etotal:drift", "etotal:fluctuation"]),
+        ("fix 2 all temp/csvr 1 1 0.1 4711", ["econserve:drift", "econserve:fluctuation"]),
+        ("fix 2 all langevin 1 1 0.1 4711 tally yes", ["econserve:drift", "econserve:fluctuation"]),
+        ("fix 2 all langevin 1 1 0.1 4711", ["etotal:fluctuation"]),
+        ("fix 2 all temp/csvr 1 1 0.1 4711\nfix 3 all viscous 0.5", ["etotal:fluctuation"]),
+    ],
+)
+def test_the_default_energy_is_one_that_the_fixes_conserve(fixes, quantities, tmp_path):
+    (tmp_path / "in.x").write_text(CRYSTAL.format(more=fixes))
+    found = default_quantities(ScriptText.read(tmp_path / "in.x"))
+    assert list(found) == [*quantities, "temp", "pe", "press"]
+
+
 @pytest.mark.slow
 def test_a_fix_that_counts_steps_may_be_the_cause(tmp_path):
     more = "fix 2 all temp/rescale 10 1.0 1.0 0.01 0.5"
@@ -288,6 +307,8 @@ def test_a_fix_that_counts_steps_may_be_the_cause(tmp_path):
     said = "The integrator may not be the cause: line 11 of in.x, 'fix temp/rescale', acts every "
     assert f"{said}10 steps" in study.summary
     assert "too large" not in study.summary
+    assert "First run the command at the end of this line." in study.summary
+    assert study.summary.endswith(" --scale-periods")
 
 
 @pytest.mark.slow
