@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.bead_table import bead_table_rows
-from chaincor.lammps_inputs.bonds.hertz import Hertz
+from chaincor.lammps_inputs.bonds.hertz import HERTZ, Hertz
+from chaincor.lammps_inputs.bonds.table_text import section_text
 from chaincor.lammps_inputs.chain_data import ROOM, initial_state
 from chaincor.lammps_inputs.contact_script import contact_force, contact_force_on, number
 from chaincor.lammps_inputs.errors import SceneError
@@ -27,6 +27,12 @@ _FREE = 0.9
 # number, plus the second number times the time in which two colliding beads stop each other. Eta
 # does not change after the last contact.
 _LONGER, _MARGIN = 1.05, 5.0
+#: Usual number of rows of the force table, and an upper bound on the error of eta due to their
+#: interpolation.
+ROWS, TABLE_ERROR = 100_000, 1e-8
+# The force table extends to overlaps larger by this factor than the overlap of two beads that have
+# all energy of the column, up to the largest overlap.
+_DEEPER, _DEEPEST = 1.02, 0.95
 
 
 def format_beads(problem: Problem) -> str:
@@ -202,3 +208,30 @@ def render_granular_job(problem: Problem, plan: ScriptPlan) -> str:
         "last": f"{plan.end.lasted:.6g}",
     }
     return rendered("granular", values)
+
+
+def bead_table_rows(problem: Problem, numerics: Numerics) -> int | None:
+    """Return the number of rows of the force table; None if LAMMPS's own law of Hertz is used."""
+    bond = problem.bond
+    assert isinstance(bond, Hertz)
+    return numerics.table_points or (None if bond.exponent == HERTZ else ROWS)
+
+
+def format_bead_table(problem: Problem, rows: int) -> str:
+    """
+    Format the table file of the force between beads of diameter 1.
+
+    Rows are equally spaced in the squared distance, as LAMMPS interpolates them. The last row is
+    at the distance 1, where the beads touch.
+    """
+    bond = problem.bond
+    assert isinstance(bond, Hertz)
+    overlap = min(_DEEPEST, -_DEEPER * bond.compressed_strain(problem.start_energy))
+    low = 1.0 - overlap
+    distances = np.sqrt(np.linspace(low * low, 1.0, rows))
+    distances[-1] = 1.0
+    forces, energies = (f(distances - 1.0) for f in (bond.force, bond.energy))
+    slope = float(bond.curvature(low - 1.0))
+    header = f"N {rows} RSQ {low:.17g} 1.0 FPRIME {-slope:.17g} 0.0"
+    section = section_text("BEADS", header, (distances, energies, forces))
+    return f"# force of beads, {bond.title}\n\n{section}"

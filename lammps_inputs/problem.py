@@ -6,7 +6,11 @@ from functools import cached_property
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.line import Line
+
+# The longest time of approach includes this factor as a reserve.
+_LATEST = 1.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +80,30 @@ class Problem:
         if not self.line.soft:
             return 0.0
         return 3.0 * self.line.overlap(self.impact_velocity) / self.impact_velocity
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether schemes keep their order, because neither bonds nor contact have kinks."""
+        return self.bond.smooth and self.line.contact.smooth
+
+    @cached_property
+    def approach_time(self) -> float:
+        """
+        Upper bound on the time to the first contact; 0 if the bodies start in contact.
+
+        The centres of mass approach each other with the velocity v0. The bodies touch before their
+        centres of mass would coincide.
+        """
+        n, masses = self.particles, self.line.chain_masses
+        positions, velocities = initial_state(self.line)
+        if positions[0] == 0.0 and velocities[0] < 0.0:
+            return 0.0
+        way = float(masses @ positions[:n]) / float(np.sum(masses))
+        if self.line.targets:
+            # For a single particle this distance is zero, apart from rounding.
+            targets = self.line.target_masses
+            way += 1.0 - float(targets @ positions[n:]) / float(np.sum(targets))
+        return _LATEST * way / self.impact_velocity
 
     @cached_property
     def start_energy(self) -> float:

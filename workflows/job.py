@@ -10,19 +10,22 @@ from typing import Any
 
 from chaincor.analysis.atomic_write import made_folder
 from chaincor.analysis.output_paths import resolve_folder
-from chaincor.lammps_inputs.bead_table import bead_table_rows, format_bead_table
 from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
 from chaincor.lammps_inputs.given_texts import path_given
-from chaincor.lammps_inputs.granular import format_beads, render_granular_job
+from chaincor.lammps_inputs.granular import (
+    bead_table_rows,
+    format_bead_table,
+    format_beads,
+    render_granular_job,
+)
 from chaincor.lammps_inputs.plain_script import is_plain, plain_scene, render_plain
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_file import read_from_anywhere
 from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
 from chaincor.lammps_inputs.script_plan import NO_WISHES, JobWishes, ScriptPlan
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UNITS_FILE, UnitSystem
-from chaincor.workflows.engines.lammps.contact import approach_time
 from chaincor.workflows.engines.lammps.kept_script import job_script
 from chaincor.workflows.errors import UnsureJobWarning
 from chaincor.workflows.given import scene_given
@@ -134,7 +137,7 @@ def job_files(
     if wishes.guards and named:
         plan = replace(plan, scene_sha256=_as_run(scene, plan).sha256)
     texts = {
-        SCRIPT_FILE: render_plain(scene, plan, approach_time(scene.problem), wishes)
+        SCRIPT_FILE: render_plain(scene, plan, scene.problem.approach_time, wishes)
         if plain
         else job_script(scene.problem, plan, _with_frames(scene, wishes)),
         DATA_FILE: format_data(scene.line, units=units),

@@ -247,7 +247,8 @@ def _table_part(table: BondTable | None, scene: Scene, outcome: Outcome, toleran
     """Return the error of eta from the table of the job, and from the table of the user, if any."""
     if table is None:
         return 0.0
-    own = table_error_of(table.style, interpolated_force_error(table, scene.bond), scene.problem)
+    force_error = interpolated_force_error(table, scene.bond)
+    own = table_error_of(table.style, force_error, scene.impact_velocity)
     return own + rows_error(scene, outcome, tolerance)
 
 

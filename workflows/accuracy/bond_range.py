@@ -2,7 +2,6 @@
 
 import math
 
-from chaincor.workflows.engines.lammps.contact import approach_time
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.coarse_run import CoarseRun, coarse_step
@@ -30,7 +29,7 @@ def bonds_from_start(outcome: Outcome) -> tuple[float, float]:
     moving = Motion.in_state(stepper, line.strains, line.velocities, problem.impact_velocity)
     ceiling = float(moving.run_state["strain_ceiling"])
     ahead = CoarseRun(moving, 0.0, step, clearance=0.0, ceiling=ceiling)
-    ahead.fly(approach_time(problem))
+    ahead.fly(problem.approach_time)
     low, high = (float(ahead.moving.run_state[name]) for name in ("strain_min", "strain_max"))
     return min(shortest, 1.0 + low), max(longest, 1.0 + high)
 
@@ -50,7 +49,7 @@ def bonds_to_contact(like: Outcome, contacts: int, last: float) -> tuple[float, 
     moving = Motion.at_start(problem, Stepper.of(problem.line, problem.bond, like.scheme, step))
     run_state = moving.run_state
     bookkeeping.never_argue(run_state)
-    latest = math.ceil(approach_time(problem) / step)
+    latest = math.ceil(problem.approach_time / step)
     while run_state["contacts"] == 0 and run_state["steps"] <= latest:
         if not _advance(moving, int(run_state["steps"]) + _APPROACH_STEPS):
             return None

@@ -8,7 +8,6 @@ import numpy as np
 
 from chaincor.analysis.error_bar import ErrorBar
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import hard_sphere
@@ -133,12 +132,13 @@ def table_error(outcome: Outcome) -> float:
     certificate = outcome.details.get("table")
     if certificate is None:
         return 0.0
-    return table_error_of(certificate["style"], certificate["force_error"], outcome.problem)
+    speed = outcome.problem.impact_velocity
+    return table_error_of(certificate["style"], certificate["force_error"], speed)
 
 
-def table_error_of(style: str, force_error: float, problem: Problem) -> float:
+def table_error_of(style: str, force_error: float, impact_velocity: float) -> float:
     """Return the error of eta due to a bond table whose force errors are at most `force_error`."""
-    return TABLE_SENSITIVITY[style] * force_error / problem.impact_velocity
+    return TABLE_SENSITIVITY[style] * force_error / impact_velocity
 
 
 def ending_error(outcome: Outcome) -> float:

@@ -19,7 +19,6 @@ from chaincor.workflows.accuracy.solvers import (
     REFERENCE_SOLVERS,
     solver_of,
 )
-from chaincor.workflows.accuracy.step_guess import is_smooth
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference import hard_sphere, modal
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
@@ -60,7 +59,7 @@ def solve_with_reference(
         outcome = EXACT_MODES.run(problem)
         return bounded_run(outcome, modal_error(problem), outcome)
     if solver is FIXED_STEPS:
-        if is_smooth(problem):
+        if problem.is_smooth:
             return solve_with_fixed_steps(problem, target_error, sensitivity, known)
         return _solve_irregularly(problem, target_error, sensitivity)
     if problem.bond.only_pushes:
@@ -128,7 +127,7 @@ def converge(problem: Problem, target_error: float) -> ConvergedRun:
         solved = _solve_with_adaptive_steps(problem, target_error)
         run, step = solved.outcome, solved.bar.step or 0.0
         return ConvergedRun(run, [*solved.others], run.eta, step + floor, run.seconds)
-    if is_smooth(problem):
+    if problem.is_smooth:
         # Trial steps for LAMMPS use the same scheme, whose loop is then compiled already.
         found = refine_regularly(problem, target_error, "order8", floor, None)
     else:

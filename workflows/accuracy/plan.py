@@ -40,7 +40,6 @@ from chaincor.workflows.accuracy.step_guess import (
     frequency_ratio,
     granular_step,
     guess_step,
-    is_smooth,
 )
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.fragment_bounds import breaking_energy
@@ -92,7 +91,7 @@ class Plan:
     @property
     def regular(self) -> bool:
         """Whether the plan has fixed steps and smooth bonds, so that errors follow an order."""
-        return self.solver is FIXED_STEPS and is_smooth(self.problem)
+        return self.solver is FIXED_STEPS and self.problem.is_smooth
 
     @property
     def may_take_longer(self) -> bool:
@@ -193,7 +192,7 @@ def _with_fixed_steps(
 ) -> Plan:
     """Return the plan for fixed steps, with the usual scheme or with the given scheme."""
     reachable = max(target_error, rounding_error("reference", problem))
-    if is_smooth(problem):
+    if problem.is_smooth:
         scheme = scheme or plain_scheme(problem, target_error, 0.0)
         step = first_step(problem, scheme, reachable)
         proofs: tuple[float, ...] = step_proof.COARSER

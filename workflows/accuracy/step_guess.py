@@ -119,11 +119,6 @@ def contact_is_stiffest(problem: Problem) -> bool:
     return frequency_ratio(problem) <= math.sqrt(problem.line.contact_rate / problem.fast_stiffness)
 
 
-def is_smooth(problem: Problem) -> bool:
-    """Return whether schemes keep their order, because neither bonds nor contact have kinks."""
-    return problem.bond.smooth and problem.line.contact.smooth
-
-
 def effective_order(problem: Problem, scheme: StepSchemeName) -> float:
     """
     Return the lowest order with which errors fall as the step decreases.

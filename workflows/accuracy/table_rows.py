@@ -62,7 +62,7 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
         return 0.0
     shortest, longest = bonds_from_start(outcome)
     force_error = bond.rows.largest_error(shortest - 1.0, longest - 1.0)
-    estimate = table_error_of("spline", force_error, scene.problem)
+    estimate = table_error_of("spline", force_error, scene.impact_velocity)
     if estimate <= _NEGLIGIBLE * tolerance:
         return estimate
     numerics = Numerics(scheme="order8", timestep=2.0 * (outcome.timestep or _STEP))

@@ -5,22 +5,33 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any, cast
 
+from chaincor.analysis.observables import OF_RUNS
+from chaincor.analysis.run_record import RunRecord
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy.batching import batches, solve_batch
+from chaincor.workflows.accuracy.bounded_run import BoundedRun
 from chaincor.workflows.accuracy.plan import Plan
 from chaincor.workflows.accuracy.plans import plans
 from chaincor.workflows.accuracy.solve import run_as_planned
+from chaincor.workflows.accuracy.solvers import ADAPTIVE_STEPS, solver_of_outcome
 from chaincor.workflows.accuracy.table_rows import with_rows
 from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES
 from chaincor.workflows.campaign.points import Point, scenes_of
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.reference import modal
+from chaincor.workflows.engines.replay import Replay
 from chaincor.workflows.engines.time_limit import limited_to
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.result import Collision
-from chaincor.workflows.result_of import result_of
 from chaincor.workflows.store.row import Row
+from chaincor.workflows.versions import versions
 
 # By default, a collision is refused if it is expected to take longer than a day.
 MOST_SECONDS = 86400.0
@@ -39,10 +50,48 @@ def collide_one(scene: Scene, most_seconds: float, planned: Plan) -> Collision:
         gap = float(scene.line.strains[scene.line.gap])
         drawn = {"draw": {"generator": GENERATOR, "gap": gap}}
         answer = replace(answer, details=answer.details | drawn)
-    result = result_of(scene, answer, started)
+    result = _result_of(scene, answer, started)
     if scene.arrays is not None:
         result.save_arrays(scene.arrays)
     return result
+
+
+def _result_of(
+    scene: Scene, bounded_run: BoundedRun, started: float, energies: Array | None = None
+) -> Collision:
+    """
+    Return the result of a collision from its `bounded_run`.
+
+    `started` is the value of ``time.perf_counter`` at which the work began. `energies` contains the
+    mode energies, of shape (n,), if they are known already.
+    """
+    outcome, found = bounded_run.outcome, bounded_run.details
+    record = RunRecord(
+        scene=scene,
+        outcome=outcome,
+        bar=bounded_run.bar,
+        restitution=outcome.eta,
+        reason=bounded_run.reason,
+        details=found,
+        others=bounded_run.others,
+        seconds_total=time.perf_counter() - started,
+        versions=versions(),
+        looks=modal.SAMPLE_INTERVAL if modal.supports(scene.problem) else None,
+        known_energies=energies,
+    )
+    values: dict[str, Any] = {each.name: each.compute(record) for each in OF_RUNS}
+    return Collision(**values, replay=_replay(scene, outcome, found))
+
+
+def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:
+    numerics, accuracy = outcome.numerics, 0.0
+    if numerics is None and outcome.timestep is not None:
+        scheme = cast(StepSchemeName, outcome.scheme)
+        numerics = Numerics(scheme=scheme, timestep=outcome.timestep)
+    solver = solver_of_outcome(outcome.engine, outcome.scheme)
+    if solver is ADAPTIVE_STEPS and "choice" in found:
+        accuracy = found["choice"]["tries"][-1]["accuracy"]
+    return Replay(scene, solver, numerics, accuracy)
 
 
 def collide_together(
@@ -55,7 +104,7 @@ def collide_together(
     return [
         None
         if found is None
-        else result_of(scene, found[0], time.perf_counter() - whole / len(scenes), found[1])
+        else _result_of(scene, found[0], time.perf_counter() - whole / len(scenes), found[1])
         for scene, found in zip(scenes, answers, strict=True)
     ]
 

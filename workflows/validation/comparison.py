@@ -8,8 +8,8 @@ from typing import Any, Self
 import numpy as np
 
 from chaincor.analysis.error_bar import error_alone
-from chaincor.lammps_inputs.bead_table import ROWS, TABLE_ERROR, bead_table_rows
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.granular import ROWS, TABLE_ERROR, bead_table_rows
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, OUTPUT_KEYS, Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies

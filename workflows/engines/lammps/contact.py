@@ -3,17 +3,11 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.contact_script import contact_force, contact_force_off, contact_force_on
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.contact_search import PathPoint
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 
-# The longest time of approach includes this factor as a reserve.
-_LATEST = 1.1
 # Steps within this time of an event are graded; the unit is 1/frequency of the fastest bond.
 _ZONE = 1.0
 
@@ -102,11 +96,11 @@ class SoftContactEvents(HardContactEvents):
     of these errors is of order p in 1/m. Without grading the order would be q + 1 for any scheme.
     """
 
-    def __init__(self, chain: LammpsChain, problem: Problem, order: int) -> None:
-        super().__init__(chain, problem.line)
-        self._graded = grading(problem, order)
+    def __init__(self, chain: LammpsChain, line: Line, graded: tuple[float, float] | None) -> None:
+        super().__init__(chain, line)
+        self._graded = graded
         self._began = (0.0, 0.0, 0.0)
-        chain.commands("\n".join(contact_force(problem.line)))
+        chain.commands("\n".join(contact_force(line)))
 
     def state(self) -> PathPoint:
         """Return the gap, or the overlap during contact, with its first two derivatives in time."""
@@ -164,17 +158,16 @@ class SoftContactEvents(HardContactEvents):
         self.chain.commands("\n".join([*commands, "run 0 post no"]))
 
 
-def grading(problem: Problem, order: int) -> tuple[float, float] | None:
+def grading(onset: float | None, stiffness: float, order: int) -> tuple[float, float] | None:
     """
     Return the time tau and the power g of graded steps, see :class:`SoftContactEvents`.
 
-    Return None if steps are not graded, because the bodies are hard or the force is a polynomial.
+    `onset` is the power with which the force of the contact begins, None if a polynomial fits the
+    force; steps are then not graded. `stiffness` is the squared frequency of the fastest bond.
     """
-    line = problem.line
-    onset = line.contact.onset
     if onset is None:
         return None
-    return _ZONE / problem.fast_stiffness**0.5, max(1.0, order / (onset + 1.0))
+    return _ZONE / stiffness**0.5, max(1.0, order / (onset + 1.0))
 
 
 def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
@@ -188,22 +181,3 @@ def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
         return math.inf
     root = math.sqrt(square)
     return 2.0 * distance / (root - rate) if rate < 0.0 else -(rate + root) / acceleration
-
-
-def approach_time(problem: Problem) -> float:
-    """
-    Return an upper bound on the time to the first contact; 0 if the bodies start in contact.
-
-    The centres of mass approach each other with the velocity v0. The bodies touch before their
-    centres of mass would coincide.
-    """
-    n, masses = problem.particles, problem.line.chain_masses
-    positions, velocities = initial_state(problem.line)
-    if positions[0] == 0.0 and velocities[0] < 0.0:
-        return 0.0
-    way = float(masses @ positions[:n]) / float(np.sum(masses))
-    if problem.line.targets:
-        # For a single particle this distance is zero, apart from rounding.
-        targets = problem.line.target_masses
-        way += 1.0 - float(targets @ positions[n:]) / float(np.sum(targets))
-    return _LATEST * way / problem.impact_velocity

@@ -15,6 +15,7 @@ from chaincor.workflows.engines.lammps.contact import (
     ContactRecord,
     HardContactEvents,
     SoftContactEvents,
+    grading,
     time_to_zero,
 )
 from chaincor.workflows.engines.lammps.guard import WallGuard
@@ -244,13 +245,16 @@ def flight_of(
     chain: LammpsChain, problem: Problem, numerics: Numerics, guarded: bool = True
 ) -> LammpsFlight:
     """Return the flight that moves the bodies of a scene with given numerics."""
-    contact_events = HardContactEvents(chain, problem.line)
-    if problem.line.soft:
-        contact_events = SoftContactEvents(chain, problem, STEP_SCHEMES[numerics.scheme].order)
+    line = problem.line
+    contact_events = HardContactEvents(chain, line)
+    if line.soft:
+        order = STEP_SCHEMES[numerics.scheme].order
+        graded = grading(line.contact.onset, problem.fast_stiffness, order)
+        contact_events = SoftContactEvents(chain, line, graded)
     if numerics.scheme != "verlet":
         return ComposedFlight(chain, contact_events)
     reflect = numerics.wall == "reflect"
     # The guard works only for one body at a hard wall.
-    guarded = guarded and problem.line.is_standard and problem.particles > 1
+    guarded = guarded and line.is_standard and problem.particles > 1
     guard = WallGuard(chain, problem, reflect) if guarded else None
     return VerletFlight(chain, contact_events, reflect, guard)

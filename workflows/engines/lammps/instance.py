@@ -9,12 +9,16 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bead_table import bead_table_rows, format_bead_table
 from chaincor.lammps_inputs.bond_table import BondTable
 from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.contact_script import displacement
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.granular import format_beads, render_granular_setup
+from chaincor.lammps_inputs.granular import (
+    bead_table_rows,
+    format_bead_table,
+    format_beads,
+    render_granular_setup,
+)
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.script import (

@@ -26,7 +26,7 @@ from chaincor.lammps_inputs.script_plan import (
 from chaincor.workflows.engines.compositions import COMPOSITIONS, SOURCES
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import sound_round_trip
-from chaincor.workflows.engines.lammps.contact import approach_time, grading
+from chaincor.workflows.engines.lammps.contact import grading
 from chaincor.workflows.engines.lammps.lammps_collision import PATIENCE
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
@@ -44,7 +44,7 @@ def job_script(problem: Problem, plan: ScriptPlan, wishes: JobWishes = NO_WISHES
     span, stiffness, time = problem.longest_body, problem.slow_stiffness, wishes.units.time
     quiet = sound_round_trip(span, stiffness)
     last = 0.0 if plan.end is None else plan.end.last_contact_time
-    cap = longest_collision(span, stiffness, max(quiet, last)) + approach_time(problem)
+    cap = longest_collision(span, stiffness, max(quiet, last)) + problem.approach_time
     times = EndTimes(time * quiet, time * cap, time * look_interval(span, stiffness))
     return render_job(problem, plan, times, _scripted_steps(problem, plan.numerics, time), wishes)
 
@@ -65,7 +65,7 @@ def _scripted_steps(problem: Problem, numerics: Numerics, time: float) -> Script
             "LAMMPS step by step"
         )
     composition = COMPOSITIONS[numerics.scheme]
-    graded = grading(problem, composition.order)
+    graded = grading(problem.line.contact.onset, problem.fast_stiffness, composition.order)
     return ScriptedSteps(
         weights=composition.weights,
         order=composition.order,

@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.run_files import NO_FILES, RunFiles
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import Ending, sound_round_trip
 from chaincor.workflows.engines.fragments import count_fragments
-from chaincor.workflows.engines.lammps.contact import ContactRecord, approach_time
+from chaincor.workflows.engines.lammps.contact import ContactRecord
 from chaincor.workflows.engines.lammps.flight import LammpsFlight
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.reference.finish import unfinished_error
@@ -130,7 +130,7 @@ class ChainCollision:
         if gap == 0.0 and gap_velocity < 0.0:
             return
         start, stages = self.chain.snapshot(), self.chain.stages_done
-        longest = approach_time(self.problem)
+        longest = self.problem.approach_time
         while self._advance(self.flight.time + self.patience) is None:
             self._watch_bonds()
             if self.flight.contact_events.touching:
