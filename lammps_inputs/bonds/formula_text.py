@@ -103,6 +103,15 @@ def read_formula(text: str, names: Iterable[str]) -> "sympy.Expr":
         )
     symbols: dict[str, Any] = {name: sympy.Symbol(name, real=True) for name in (STRAIN, *names)}
     symbols |= {LENGTH: 1 + symbols[STRAIN], "pi": math.pi}
+    return _value(text, tree, symbols)
+
+
+def number_in(text: str) -> float:
+    """Return the value of a formula without variables; raise PotentialError if it has none."""
+    return float(_value(text, _parsed(text), {"pi": math.pi}))
+
+
+def _value(text: str, tree: ast.Expression, symbols: Mapping[str, Any]) -> Any:
     try:
         return _Reader(text, symbols).read(tree.body)
     except (OverflowError, ZeroDivisionError, RecursionError, TypeError, ValueError):

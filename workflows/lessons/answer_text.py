@@ -1,10 +1,9 @@
 """Read numbers in answers that are given as text, such as ``"9.3 %"`` and ``"sqrt(2)"``."""
 
-import ast
-import math
-import operator
 import re
-from collections.abc import Callable
+
+from chaincor.lammps_inputs.bonds.formula_text import number_in
+from chaincor.lammps_inputs.errors import PotentialError
 
 # Signs that stand for the operators of a formula.
 _SIGNS = {"−": "-", "–": "-", "·": "*", "×": "*", "^": "**", "π": "pi", "√": "sqrt"}
@@ -28,17 +27,6 @@ _PER_CENT = re.compile(r" ?(?:%|per ?cent)$", re.I)
 # A comma with a space after it separates numbers; a comma between digits is a decimal comma.
 _SEPARATOR = re.compile(r", +| *; *| and |(?<=\d) +(?=\d)")
 
-_OPERATORS: dict[type, Callable[..., float]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: math.pow,
-    ast.USub: operator.neg,
-    ast.UAdd: operator.pos,
-}
-_FUNCTIONS = {"sqrt": math.sqrt, "sin": math.sin, "cos": math.cos}
-
 
 def number_of(text: str) -> float | None:
     """Return the number in a text: a decimal, a percentage or a formula; None without a number."""
@@ -52,8 +40,8 @@ def number_of(text: str) -> float | None:
     # Only the comma between two digits of a number is a decimal comma.
     text = re.sub(r"(?<=\d),(?=\d)", ".", _PER_CENT.sub("", text))
     try:
-        number = _value(ast.parse(text, mode="eval").body)
-    except (ArithmeticError, RecursionError, SyntaxError, ValueError):
+        number = number_in(text)
+    except PotentialError:
         return None
     # After the division by 100, a percentage keeps its number of digits.
     return float(f"{number / 100.0:.12g}") if share else number
@@ -64,19 +52,3 @@ def numbers_of(text: str) -> list[float] | None:
     parts = [number_of(part) for part in _SEPARATOR.split(text.strip().strip("[]()"))]
     numbers = [part for part in parts if part is not None]
     return numbers if len(numbers) == len(parts) > 1 else None
-
-
-def _value(node: ast.AST) -> float:
-    """Return the value of a formula; raise ValueError for all that is not arithmetic."""
-    match node:
-        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
-            return float(number)
-        case ast.Name(id="pi"):
-            return math.pi
-        case ast.UnaryOp(op=sign, operand=one) if type(sign) in _OPERATORS:
-            return _OPERATORS[type(sign)](_value(one))
-        case ast.BinOp(left=left, op=sign, right=right) if type(sign) in _OPERATORS:
-            return _OPERATORS[type(sign)](_value(left), _value(right))
-        case ast.Call(func=ast.Name(id=name), args=[one], keywords=[]) if name in _FUNCTIONS:
-            return _FUNCTIONS[name](_value(one))
-    raise ValueError("not arithmetic")
