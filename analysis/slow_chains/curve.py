@@ -229,23 +229,3 @@ def slow_chain_dissipation(bond: Potential, particles: int, impact_velocity: flo
     variable = slow_chain_variable(bond, particles, impact_velocity)
     loss = float(limiting_loss(variable, bond.anharmonic_order or 3))
     return loss * particles ** (-2.0 / 3.0) + 2.0 * FRONT_LEAD / particles
-
-
-def slow_chain_dissipation_error(bond: Potential, particles: int, impact_velocity: float) -> float:
-    r"""
-    Return the error bar of `slow_chain_dissipation` that is due to the table.
-
-    Parameters
-    ----------
-    bond, particles, impact_velocity
-        As for `slow_chain_dissipation`.
-
-    Returns
-    -------
-    float
-        :math:`n^{-2/3}` times `limiting_loss_error`. The neglected terms of the theory are not
-        included.
-    """
-    variable = slow_chain_variable(bond, particles, impact_velocity)
-    error = float(limiting_loss_error(variable, bond.anharmonic_order or 3))
-    return error * particles ** (-2.0 / 3.0)

@@ -48,8 +48,6 @@ class LammpsTable:
     energies: Array
     forces: Array
     warned_forces: int  #: Number of forces that LAMMPS calls inconsistent with -dE/dr.
-    #: Number of distances that differ from those that LAMMPS computes from R, RSQ or BITMAP.
-    warned_distances: int
     error: str = ""  #: Message with which LAMMPS refuses the table; the arrays are then empty.
 
 
@@ -114,17 +112,18 @@ def run_lammps(
             raise RunError(f"LAMMPS gave no result: {error}") from None
         said = done.stdout + done.stderr
         counts = {what: int(count) for count, what in _COUNT.findall(said)}
-        warned = (counts.get("force", 0), counts.get("distance", 0))
+        warned = counts.get("force", 0)
         if done.returncode:
             nothing = np.zeros(0)
             said = _error_of(said, done.returncode)
-            return LammpsTable(nothing, nothing, nothing, *warned, error=said)
+            return LammpsTable(nothing, nothing, nothing, warned, error=said)
         if kind in ("bond", "pair"):
             lengths, energies, forces = _written(folder / "out.table")
-            return LammpsTable(lengths, energies, forces, *warned)
+            return LammpsTable(lengths, energies, forces, warned)
         lengths = np.linspace(*span, points)
         unit = 2.0 * np.pi / period
-        return LammpsTable(lengths, *_angular_response(folder, kind, lengths * unit, unit), *warned)
+        energies, forces = _angular_response(folder, kind, lengths * unit, unit)
+        return LammpsTable(lengths, energies, forces, warned)
 
 
 def _error_of(said: str, status: int) -> str:

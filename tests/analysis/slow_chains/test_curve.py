@@ -8,7 +8,6 @@ from chaincor.analysis.slow_chains.curve import (
     limiting_loss_error,
     long_chain_slope,
     slow_chain_dissipation,
-    slow_chain_dissipation_error,
     slow_chain_variable,
 )
 from chaincor.analysis.slow_chains.front import front_loss
@@ -98,14 +97,6 @@ def test_outside_the_table_is_refused(variable, order):
     for ask in (limiting_loss, limiting_loss_error):
         with pytest.raises(ValueError, match="within the table"):
             ask(variable, order)
-
-
-def test_error_of_the_loss_is_that_of_the_table():
-    bond, n, velocity = Toda(10.0), 1000, 0.03
-    bar = slow_chain_dissipation_error(bond, n, velocity)
-    variable = slow_chain_variable(bond, n, velocity)
-    assert bar == pytest.approx(0.01 * float(limiting_loss_error(variable)))
-    assert 0.0 < bar < 2e-4 * slow_chain_dissipation(bond, n, velocity)
 
 
 def test_harmonic_chains_have_no_speed():

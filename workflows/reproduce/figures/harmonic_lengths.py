@@ -19,8 +19,7 @@ from chaincor.workflows.reproduce.measurements import Measurements, column
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, harmonic_chains
 
 _KEY = "harmonic_lengths"
-# The paper prints this factor in eq. (12).
-_PAPER_FACTOR = 0.652
+# The paper prints this power in eq. (12).
 _POWER = -2.0 / 3.0
 # The judged fits begin at this length, because shorter chains in figure 3 do not follow the law.
 _LAW_FROM = 100
