@@ -82,6 +82,20 @@ class Problem:
         return 3.0 * self.line.overlap(self.impact_velocity) / self.impact_velocity
 
     @property
+    def energy_ratio(self) -> float:
+        """
+        Ratio of the initial energy of two bodies to their relative translational energy.
+
+        The ratio is 1 for a cold chain. In a vibrating chain, the rounded velocities exceed the
+        velocity of the centre of mass by the square root of this ratio. Such a chain may leave
+        faster than it arrived.
+        """
+        if self.line.cold:
+            return 1.0
+        chain = float(self.line.chain_masses.sum())
+        return max(self.start_energy / (0.5 * chain * self.impact_velocity**2), 1.0)
+
+    @property
     def is_smooth(self) -> bool:
         """Whether schemes keep their order, because neither bonds nor contact have kinks."""
         return self.bond.smooth and self.line.contact.smooth

@@ -50,13 +50,13 @@ def rounding_error(engine: str, problem: Problem, stage: float | None = None) ->
     n = problem.all_particles
     # A displacement is about v0 times the time of a vibration.
     v0 = problem.impact_velocity / problem.slow_stiffness**0.5
-    arithmetic = arithmetic_error(n, energy_ratio(problem))
+    arithmetic = arithmetic_error(n, problem.energy_ratio)
     if engine != "lammps":
         return arithmetic
     grain = n * sys.float_info.epsilon
     short = stage is not None and v0 * stage < SHORT_DRIFT * grain
     share = SHORT_DRIFT_ROUNDING if short else COORDINATE_ROUNDING
-    return arithmetic + share * grain / v0 * energy_ratio(problem) ** 0.5
+    return arithmetic + share * grain / v0 * problem.energy_ratio**0.5
 
 
 def rounding_matters(engine: str, problem: Problem, target_error: float) -> bool:
@@ -65,22 +65,8 @@ def rounding_matters(engine: str, problem: Problem, target_error: float) -> bool
 
 
 def arithmetic_error(particles: int, heat: Any) -> Any:
-    """Return the arithmetic rounding error of eta; `heat`, from `energy_ratio`, may be an array."""
+    """Return the arithmetic rounding error of eta; `heat`, an energy ratio, may be an array."""
     return ARITHMETIC_FLOOR * particles * heat
-
-
-def energy_ratio(problem: Problem) -> float:
-    """
-    Return the ratio of the initial energy of two bodies to their relative translational energy.
-
-    The ratio is 1 for a cold chain. In a vibrating chain, the rounded velocities exceed the
-    velocity of the centre of mass by the square root of this ratio. Such a chain may leave faster
-    than it arrived.
-    """
-    if problem.line.cold:
-        return 1.0
-    chain = float(problem.line.chain_masses.sum())
-    return max(problem.start_energy / (0.5 * chain * problem.impact_velocity**2), 1.0)
 
 
 def rounding_of(outcome: Outcome) -> float:
