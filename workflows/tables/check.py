@@ -15,6 +15,7 @@ from chaincor.workflows.tables.faults import TOLERANCE, contradictions, other_fa
 from chaincor.workflows.tables.interpolation_causes import cause_of_error
 from chaincor.workflows.tables.judge import Errors, Judge, judged_range, last_row
 from chaincor.workflows.tables.lammps_curve import Style, TableData, TableKind
+from chaincor.workflows.tables.notes import notes_beyond_cutoff, notes_on_ends
 from chaincor.workflows.tables.reading import (
     KINDS,
     in_order,
@@ -190,6 +191,7 @@ def _judged(
             cutoff = section.header["BITMAP"][1]
             bounds = (bounds[0], min(bounds[1], cutoff) if cutoff > bounds[0] else bounds[1])
         how = f"energy below 10 kT above its minimum; {how}"
+        notes += notes_on_ends(table, bounds, thermal)
     else:
         bounds, how = (max(asked[0], low), min(asked[1], high)), "as asked"
         if not bounds[0] < bounds[1]:
@@ -244,7 +246,7 @@ def _with_errors(
             )
             short = f"{cause.said}, {percent(errors.largest)} of the local force"
             short = f"{short}. {sentence(cause.help)}"
-    notes += _notes_beyond(report, judge)
+    notes += notes_beyond_cutoff(table)
     return replace(
         report,
         faults=tuple(faults),
@@ -262,20 +264,6 @@ def _with_errors(
         good_range=_good_range(errors, limit if tolerance else CONTRADICTION),
         curves=judge,
     )
-
-
-def _notes_beyond(report: TableReport, judge: Judge) -> list[str]:
-    """Return a note if the energy jumps at the cutoff."""
-    table = judge.table
-    notes = []
-    end = last_row(table)
-    if end < len(table.energies) - 1:
-        notes.append(
-            f"the energy jumps by {-table.energies[end]:.3g} to the zeros that "
-            f"begin at {table.lengths[end + 1]:.6g}, and LAMMPS's force is wrong "
-            "near this jump"
-        )
-    return notes
 
 
 def _core_error(report: TableReport, judge: Judge) -> float | None:

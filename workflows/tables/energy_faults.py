@@ -25,9 +25,9 @@ ROUGH_ENERGIES = TableFaultCause(
 def energies_are_rough(judge: Judge, wrong: Mask) -> bool:
     """Return whether slopes of energies are much rougher than forces near the intervals `wrong`."""
     by_energies, by_forces, _ = judge.rows.mean_forces()
-    near = np.convolve(wrong, np.ones(2 * _AROUND + 1), mode="same")[1:-1] > 0.0
+    near = np.convolve(wrong, np.ones(2 * _AROUND + 1))[_AROUND : _AROUND + len(wrong)] > 0.0
     rough, smooth = (
-        float(np.max(np.abs(np.diff(forces, 2)), where=near, initial=0.0))
+        float(np.max(np.abs(np.diff(forces, 2)), where=near[1:-1], initial=0.0))
         for forces in (by_energies, by_forces)
     )
     return rough > _ROUGHER * smooth

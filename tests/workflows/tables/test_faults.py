@@ -147,6 +147,27 @@ def test_smooth_forces_are_not_blamed_for_wrong_energies(tmp_path, change, said)
     assert said in check_table(path).summary
 
 
+@pytest.mark.parametrize("rows", [4, 5, 6, 8])
+def test_contradictions_in_few_rows_are_reported(tmp_path, rows):
+    path = write(tmp_path / "t", rows=rows, spoil=lambda d, h: h.pop("FP") and d * [1, 1, -1])
+    assert not check_table(path).is_good
+
+
+def test_a_table_that_ends_in_the_well_says_so(tmp_path):
+    """Cut a Morse bond of depth 100, in which only the sound table reaches 10 kT."""
+
+    def morse_to(high):
+        r = np.linspace(0.7, high, 50)
+        x = np.exp(-2.0 * (r - 1.0))
+        columns = (r, 100.0 * (1.0 - x) ** 2, -400.0 * (1.0 - x) * x)
+        rows = [f"{k} " + " ".join(map(str, row)) for k, row in enumerate(np.transpose(columns), 1)]
+        (tmp_path / "t").write_text("\n".join(["KEY", "N 50", "", *rows, ""]))
+        return " ".join(check_table(tmp_path / "t", kind="bond").notes)
+
+    assert "at 1.1, the energy is less than 10 kT above" in morse_to(1.1)
+    assert "10 kT" not in morse_to(1.3)
+
+
 def test_a_shift_of_half_a_column_is_no_factor(tmp_path):
     def spoil(data, header):
         header.pop("FP")
