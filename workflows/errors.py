@@ -31,7 +31,7 @@ class CrossingError(RunError):
 
 
 class BarrierError(RunError):
-    """A bond was stretched over its energy barrier; its energy then falls without limit."""
+    """A bond was stretched over its energy barrier, beyond which its energy falls."""
 
 
 class TimestepError(RunError):

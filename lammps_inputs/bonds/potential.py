@@ -187,7 +187,7 @@ class Potential(ABC):
             if not math.isfinite(value):
                 return None
             if value >= 0.0:
-                return _halved(lambda strain: excess(strain) < 0.0, near, far)[1]
+                return halve_interval(lambda strain: excess(strain) < 0.0, near, far)[1]
             near = far
         return None
 
@@ -206,7 +206,7 @@ class Potential(ABC):
             return end
         first = int(np.argmax(above))
         inner, outer = float(far[first - 1]) if first else 0.0, float(far[first])
-        return _halved(lambda distance: bool(holds(np.array(distance))), inner, outer)[0]
+        return halve_interval(lambda distance: bool(holds(np.array(distance))), inner, outer)[0]
 
     def compressed_strain(self, energy: float) -> float:
         """
@@ -284,7 +284,9 @@ def stiffness_of(bond: Potential | None) -> float:
     return 1.0 if bond is None else bond.stiffness
 
 
-def _halved(holds: Callable[[float], bool], inside: float, outside: float) -> tuple[float, float]:
+def halve_interval(
+    holds: Callable[[float], bool], inside: float, outside: float
+) -> tuple[float, float]:
     """Find by bisection the two adjacent floats between which a condition becomes false."""
     # SciPy's root finders need fewer steps, but importing SciPy takes longer than a run.
     while (middle := 0.5 * (inside + outside)) not in (inside, outside):

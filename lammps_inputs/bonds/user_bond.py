@@ -15,13 +15,18 @@ from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks, refuse_mismatch, scan_strains
-from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potential import Potential, halve_interval
 from chaincor.lammps_inputs.errors import PotentialError, one_line
 
 # Energy of sound in a chain long after the impact, in units of the energy of two colliding
 # particles. A force is not linear near s = 0 if its secant at this energy differs from U'' by more
 # than the factor `_FAR`.
 _SOUND_SHARE, _FAR = 1e-4, 10.0
+# A bond has a barrier if U at the strain _FAR_OUT is lower than its maximum, by more than the
+# fraction _LOWER and by more than _LOWEST times the stiffness. _BARRIERS are the smallest strain,
+# the largest strain and the number of strains of the search.
+_FAR_OUT, _LOWER, _LOWEST = 1e6, 1e-5, 1e-12
+_BARRIERS = (1e-4, 1e3, 4000)
 
 
 class UserBond(Potential):
@@ -108,6 +113,10 @@ class UserBond(Potential):
                 "bond, with positive curvature at length 1"
             )
         self.dissociation = self._end_of_energy()
+        if math.isinf(self.barrier_strain):
+            self.barrier_strain = self._barrier_before_end()
+        if math.isfinite(self.barrier_strain):
+            self.dissociation = math.inf  # broken bonds release energy
         if self._both_given:
             refuse_mismatch(self, self.kinks)
 
@@ -168,6 +177,21 @@ class UserBond(Potential):
             settled = abs(far - near) <= 1e-5 * abs(far)
             settled &= abs(further - far) <= 1e-8 * abs(further)
         return float(further) if settled and further >= 0.0 else math.inf
+
+    def _barrier_before_end(self) -> float:
+        """Return the strain at the maximum of U if U is lower at large strains, otherwise inf."""
+        if math.isfinite(self.strain_max):
+            return math.inf
+        strains = np.geomspace(*_BARRIERS)
+        with np.errstate(all="ignore"):
+            energies, end = self.energy(strains), float(self.energy(_FAR_OUT))
+        highest = float(np.max(energies, where=np.isfinite(energies), initial=0.0))
+        # The inequality is false if the end is not a number.
+        if not end < (1.0 - _LOWER) * highest - _LOWEST * self.stiffness:
+            return math.inf
+        place = max(int(np.argmax(energies == highest)), 1)
+        below, above = (float(strains[k]) for k in (place - 1, min(place + 1, len(strains) - 1)))
+        return halve_interval(lambda strain: not float(self.force(strain)) > 0.0, below, above)[0]
 
     @cached_property
     def convex_strain(self) -> float:  # type: ignore[override]

@@ -156,6 +156,31 @@ def test_an_energy_that_overflows_far_out_has_no_end():
 
 
 @pytest.mark.parametrize(
+    ("energy", "force", "barrier"),
+    [
+        (lambda s: s**2 / 2 - s**3 / 3, lambda s: -s + s**2, 1.0),
+        # U returns to its value at rest, or to less.
+        (
+            lambda s: 0.5 * s**2 * np.exp(-4 * s**2),
+            lambda s: -(s - 4 * s**3) * np.exp(-4 * s**2),
+            0.5,
+        ),
+    ],
+)
+def test_a_bond_that_loses_energy_beyond_a_barrier_does_not_dissociate(energy, force, barrier):
+    bond = UserBond(energy, force, strain_min=-0.3)
+    assert bond.barrier_strain == pytest.approx(barrier, rel=1e-6)
+    assert bond.dissociation == np.inf
+
+
+def test_bonds_without_a_barrier_keep_their_dissociation():
+    lj = LennardJones()
+    assert UserBond(lj.energy, lj.force, strain_min=-0.9).barrier_strain == np.inf
+    assert slack().barrier_strain == np.inf
+    assert slack().dissociation == 0.0
+
+
+@pytest.mark.parametrize(
     ("energy", "force"),
     [
         (lambda s: s**2 / 2 + s**4, lambda s: s + 4 * s**3),

@@ -8,6 +8,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.table_bond import SplineBond
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.fragments import count_fragments
@@ -210,8 +211,7 @@ def strain_error(problem: Problem, low: float, high: float, time: float, remedy:
     if high >= barrier:
         return BarrierError(
             f"a {problem.label} bond is stretched to {1.0 + high:.6g} at time {time:.6g}, past its "
-            f"energy barrier at {1.0 + barrier:.6g}, where its energy falls without limit; lower "
-            "the speed"
+            f"energy barrier at {1.0 + barrier:.6g}, beyond which its energy falls; lower the speed"
         )
     with np.errstate(all="ignore"):
         holds = not math.isfinite(float(bond.energy(np.array(-1.0))))
@@ -224,10 +224,11 @@ def strain_error(problem: Problem, low: float, high: float, time: float, remedy:
     # from earlier steps.
     first, last = _NEAR_END * bond.strain_min, _NEAR_END * bond.strain_max
     if (bond.strain_min > -1.0 and low <= first) or high >= last:
+        remedy = "Extend the table, or lower" if isinstance(bond, SplineBond) else "Lower"
         return BondRangeError(
             f"a {problem.label} bond is {1.0 + low:.6g} to {1.0 + high:.6g} long by time "
             f"{time:.6g}, but its data reach from {1.0 + bond.strain_min:.6g} to "
-            f"{1.0 + bond.strain_max:.6g}. Extend the table, or lower the speed"
+            f"{1.0 + bond.strain_max:.6g}. {remedy} the speed"
         )
     return TimestepError(
         f"the motion of {problem.label} bonds is not resolved at time {time:.6g} (bond lengths "
