@@ -14,6 +14,7 @@ import click
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
 from chaincor.workflows.command_list import COMMANDS, GROUPS
 from chaincor.workflows.error_messages import (
+    BAD_PATHS,
     HELP_WANTED,
     TERMINATED,
     describe_os_error,
@@ -216,5 +217,5 @@ def run_command_line(arguments: list[str] | None) -> int:
         if error.filename is None and not _is_printed():
             return _OUTPUT_LOST
         print_error(memory_is_short() or describe_os_error(error))
-        return 1
+        return 2 if error.errno in BAD_PATHS else 1
     return status if isinstance(status, int) else 0

@@ -14,12 +14,21 @@ _LONGEST_LINE = 700
 _LEAST_ROOM = 2**20
 
 
+# The system reports these errors for paths that no file can have.
+BAD_PATHS = (errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR)
+_LONGEST_NAME = 60
+
+
 def describe_os_error(error: OSError) -> str:
     """Return a message about the file of an OSError, or about a full temporary folder."""
     import shutil
     import tempfile
 
     reason = error.strerror or str(error) or type(error).__name__
+    if error.errno in BAD_PATHS:
+        name = str(error.filename or "")
+        named = name if len(name) <= _LONGEST_NAME else f"...{name[-_LONGEST_NAME:]}"
+        return f"cannot use the file {named!r}: {reason}. Give another path"
     if error.filename:
         return f"cannot use the file {error.filename!r}: {reason}"
     try:

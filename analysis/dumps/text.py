@@ -151,17 +151,17 @@ def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:
     """
     Return the indices that sort rows by id; None if the rows are sorted already.
 
-    Raises InputError if there are no ids, or if an id occurs twice.
+    Raises InputError if there are no ids, an id is no whole number, or an id occurs twice.
     """
     if not ids.size:
         raise InputError(
             f"{name}: the frame of step {step} has no atoms. Dump a group that contains the "
             "chain, or check whether LAMMPS lost all atoms"
         )
-    if not np.all(np.abs(ids) < np.inf):
+    if not np.all((np.abs(ids) < np.inf) & (np.floor(ids) == ids)):
         raise InputError(
             f"{name} is damaged: column 'id' of the frame of step {step} has a value that "
-            "is no number. Repeat the run"
+            "is no whole number. Repeat the run"
         )
     order = np.argsort(ids, kind="stable")
     if np.any(ids[order[1:]] == ids[order[:-1]]):

@@ -107,6 +107,16 @@ def test_what_is_no_path_is_refused(function, path):
         function(path)
 
 
+@pytest.mark.parametrize("command", [("show",), ("store", "merge"), ("collect", ".", "-o")])
+def test_a_store_whose_name_is_too_long_is_bad_input(tmp_path, chaincor, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "manifest.csv").write_text("folder,refusal\nnone,no job\n")
+    Store("s.sqlite").close()
+    status, out, err = chaincor(*command, "x" * 300, *(["s.sqlite"] if "merge" in command else []))
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "Give another path" in err
+
+
 def test_a_device_is_no_file_to_be_replaced(tmp_path):
     # Otherwise, root would replace /dev/null by a file.
     pipe = tmp_path / "pipe"

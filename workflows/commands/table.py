@@ -83,6 +83,10 @@ def table(
     """
     from chaincor.workflows.tables.check import check_table
 
+    if write is not None:
+        from chaincor.workflows.tables.rewrite import refuse_existing, rewrite_table
+
+        refuse_existing(write)
     given = {name: value for name, value in options.items() if value is not None}
     report = check_table(file, keyword, rows=rows, **given)
     plain, text = report.as_keys(), describe_table(report)
@@ -94,8 +98,6 @@ def table(
         text = "\n".join([*comparison.lines(), text])
     tell(finite(plain), text, as_json)
     if write is not None:
-        from chaincor.workflows.tables.rewrite import rewrite_table
-
         rewrite_table(report, write, rows or report.rows)
         say(f"written: {write}", err=as_json)
     if not report.is_good:

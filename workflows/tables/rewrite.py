@@ -5,12 +5,19 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.analysis.atomic_write import write_whole
-from chaincor.analysis.output_paths import resolve_output
+from chaincor.analysis.output_paths import judge_output, resolve_output
 from chaincor.lammps_inputs.bonds.table_rows import spline_through
 from chaincor.lammps_inputs.bonds.table_text import section_text
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.tables.reading import in_order, read_table_sections, with_lengths_of_header
 from chaincor.workflows.tables.report import TableReport
+
+
+def refuse_existing(target: Path) -> None:
+    """Raise InputError if the file of a new table exists, or cannot be written."""
+    if resolve_output(target).exists():
+        raise InputError(f"{str(target)!r} exists already. Give a new file for --write")
+    judge_output(target, "table")
 
 
 def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
@@ -25,8 +32,7 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
         raise InputError(
             f"{report.path!r} has no valid table to rewrite. Correct the faults of the file"
         )
-    if resolve_output(target).exists():
-        raise InputError(f"{str(target)!r} exists already. Give a new file for --write")
+    refuse_existing(target)
     section = in_order(read_table_sections(Path(report.path), report.keyword)[0])
     data = with_lengths_of_header(section, report.kind).data
     force = spline_through(data[:, 0], data[:, 2])

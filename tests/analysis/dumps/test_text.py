@@ -60,6 +60,7 @@ def test_a_frame_cut_anywhere_is_recognised(cut):
     ("old", "new", "message"),
     [
         (b"1 Ar 0.1", b"3 Ar 0.1", "holds an id twice"),
+        (b"2 Ar 1 -0", b"2.5 Ar 1 -0", "a value that is no whole number"),
         (b"2 Ar 1 -0", b"two Ar 1 -0", "column 'id' of the frame of step 7 holds text"),
         (b"2 Ar 1 -0", b"2 Ar 1", "has 11 numbers instead of 3 rows of 4"),
         (b"id element", b"ID element", "no column 'id'"),

@@ -385,9 +385,14 @@ def test_what_is_written_is_a_good_table_of_the_same_force(tmp_path, kind, chain
     rows = np.array([x.split()[1:] for x in new.read_text().splitlines()[3:]], dtype=float)
     exact = FUNCTIONS[kind][0](rows[:, 0])[1]
     assert rows[:, 2] == pytest.approx(exact, abs=1e-5 * report.largest_force)
-    status, _, err = chaincor(*words)
-    assert status == 2
-    assert "exists already" in err
+    for target, line in (
+        (new, "exists already"),
+        (new / "new", "Give another path, inside a folder"),
+    ):
+        words[words.index("--write") + 1] = target
+        status, out, err = chaincor(*words)
+        assert (status, out) == (2, "")
+        assert line in err
 
 
 def test_a_kink_beside_smaller_forces_counts_at_its_own_place(tmp_path):
