@@ -162,8 +162,8 @@ def _bead_files(scene: Scene, wishes: JobWishes) -> dict[str, str]:
     for each in fields(JobWishes):
         if getattr(wishes, each.name) != each.default:
             raise InputError(
-                f"jobs of beads have their own short script, without {each.name}. Leave "
-                f"out {each.name}, and edit the script"
+                f"jobs of beads have a short script of their own, without {each.name}. Leave "
+                f"out {each.name}, or add the commands to in.chain by hand"
             )
     plan = plan_script(scene)
     texts = {

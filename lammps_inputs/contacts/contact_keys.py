@@ -18,7 +18,7 @@ class _ContactKey(BaseModel):
     contact: ContactName | None = Field(
         default=None,
         description="hard bodies, or soft bodies that repel each other with the force K d^q if "
-        "they overlap by d [default: hard]",
+        "they overlap by d [default: hard; for beads, their own force]",
     )
 
 

@@ -56,7 +56,10 @@ def check_beads(scene: "Scene") -> Iterator[str]:
             "Leave table_points out"
         )
     if scene.dump is not None:
-        yield "dump is not available for beads. Leave dump out, or use arrays"
+        yield (
+            "LAMMPS jobs of beads write no dump. Leave dump out, and read the motion in Python as "
+            "`history` of a collision"
+        )
     for key, known in _GRANULAR.items():
         if getattr(scene, key) not in (None, known):
             yield (

@@ -132,6 +132,11 @@ def notes(study: "ScriptStudy") -> list[str]:
     """Return notes on crashed runs, on causes of energy drifts, and on faults of a ladder."""
     said = [f"note: {crash}" for crash in study.crashes]
     said += [f"note: {change}" for change in study.changes]
+    if len(steps := study.varied.own_steps) > 1:
+        said.append(
+            f"note: the script runs at timesteps {', '.join(f'{step:g}' for step in steps)}. The "
+            "study scales them by one factor, and names the last of them"
+        )
     said += _windows(study)
     for each in study.ladders:
         if each.ends_apart and each.ends is not None:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import time
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 from pathlib import Path
 
 from chaincor.analysis.dumps.printed import end_of
@@ -56,14 +57,19 @@ class ScriptRun:
     #: Quantities by name; empty after a failure.
     numbers: dict[str, ObservedNumber] = field(default_factory=dict)
     samples: Samples | None = None  #: Sampled time series; None without samples.
-    #: The script's own timestep in its last run; None if nothing was run.
-    step: float | None = None
+    #: The script's own timesteps in order, without repetitions; empty if nothing was run.
+    steps: tuple[float, ...] = ()
     frames: ScriptFrames | None = None  #: Positions of the particles, if requested.
     #: First step and number of steps that the script gives for each `run`.
     lengths: tuple[tuple[int, int], ...] = ()
     crash: Crash | None = None  #: Step and reason of a crash; None after a complete run.
     #: LAMMPS's output, of which only the end is kept if it is long; empty unless requested.
     screen: str = ""
+
+    @property
+    def step(self) -> float | None:
+        """The script's own timestep in its last run; None if nothing was run."""
+        return self.steps[-1] if self.steps else None
 
 
 def list_files(folder: Path) -> list[Path]:
@@ -134,7 +140,7 @@ class Runner:
                 seconds=seconds if len(shlex.split(self.lmp)) == 1 else _loops(screen),
                 numbers=numbers,
                 samples=samples,
-                step=_own_step(folder),
+                steps=_own_steps(folder),
                 lengths=_lengths(folder),
                 frames=read_frames(folder / FRAME_FILE) if change.frames else None,
             )
@@ -148,7 +154,7 @@ class Runner:
                 variables,
                 seconds,
                 str(error),
-                step=_own_step(folder),
+                steps=_own_steps(folder),
                 lengths=_lengths(folder),
                 crash=crash,
                 screen=text if keep_screen else "",
@@ -178,10 +184,11 @@ class Runner:
         return ScriptRunError(f"{said}. Shorten the script's runs, or allow more time: {command}")
 
 
-def _own_step(folder: Path) -> float | None:
-    """Return the script's own timestep in its last run; None if nothing was run."""
+def _own_steps(folder: Path) -> tuple[float, ...]:
+    """Return the script's own timesteps in order, without those that repeat the one before."""
     path = folder / STEP_FILE
-    return float(path.read_text().splitlines()[-1].split()[0]) if path.is_file() else None
+    rows = path.read_text().splitlines() if path.is_file() else []
+    return tuple(value for value, _ in groupby(float(row.split()[0]) for row in rows))
 
 
 def _lengths(folder: Path) -> tuple[tuple[int, int], ...]:

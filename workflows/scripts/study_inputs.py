@@ -85,7 +85,7 @@ def with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float,
         said = f"{runner.script.name} takes {seconds:.2g} s at its step {own:g}, so a run at "
         said += f"{ladder.fine:g} takes about {longest:.2g} s, longer than {runner.timeout:g} s"
         raise runner.too_long(said, _SPARE * longest / runner.timeout)
-    return replace(varied, values=ladder, own_step=own), failed
+    return replace(varied, values=ladder, own_steps=run.steps), failed
 
 
 def _at_step(runner: Runner, own: float, step: float) -> ScriptRun:

@@ -51,8 +51,13 @@ class Varied:
     scale_periods: (
         bool  #: Whether periods that the script counts in steps keep their simulated time.
     )
-    #: The script's own step in its last run, if the step is varied and known.
-    own_step: float | None = None
+    #: The script's own steps, if the step is varied and they are known.
+    own_steps: tuple[float, ...] = ()
+
+    @property
+    def own_step(self) -> float | None:
+        """The script's own step in its last run; None if it is unknown."""
+        return self.own_steps[-1] if self.own_steps else None
 
     @property
     def ladder(self) -> Ladder:

@@ -298,13 +298,19 @@ def test_a_limit_beyond_all_numbers_of_the_store_shows_all(chaincor, tmp_path, m
     path = tmp_path / "s.sqlite"
     with Store(path) as store:
         store.record([make_attempt(Scene(potential="lj", particles=n)) for n in (2, 3)])
+    heads = chaincor("show", path)[1].splitlines()[0].split()
+    assert "toda_b" not in heads
+    with Store(path) as store:
+        store.record([make_attempt(Scene(potential="toda", particles=2, toda_b=b)) for b in (3, 9)])
+    heads, *rows = (line.split() for line in chaincor("show", path)[1].splitlines())
+    assert sorted(row[heads.index("toda_b")] for row in rows if row[0] == "toda") == ["3", "9"]
     for limit in (2**63, 10**30):
         status, out, error = chaincor(
             "show", path, "--limit", limit, "--columns", "particles, speed"
         )
-        assert (status, error, len(out.splitlines())) == (0, "", 3)
+        assert (status, error, len(out.splitlines())) == (0, "", 5)
     status, out, error = chaincor("show", path, "--limit", 1, "--columns", "particles")
-    assert (status, out.splitlines()[-1]) == (0, "1 of 2 rows; --limit 0 shows all")
+    assert (status, out.splitlines()[-1]) == (0, "1 of 4 rows; --limit 0 shows all")
     status, out, error = chaincor("show", path, "--where", "particles=9", "--json")
     assert (status, json.loads(out)["rows"]) == (0, [])
 

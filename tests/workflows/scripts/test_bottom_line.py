@@ -323,6 +323,14 @@ def test_a_users_tolerance_and_short_means_are_stated(tmp_path):
 
 
 @pytest.mark.slow
+def test_timesteps_of_a_script_with_several_are_named(tmp_path):
+    runs = "timestep 0.1\nrun 10\ntimestep 0.05\nrun 20\n"
+    text = describe_script_study(study_of(tmp_path, SPRING + runs, "v_x", phases=3))
+    assert "(yours: 0.05)" in text
+    assert "note: the script runs at timesteps 0.1, 0.05. The study scales them" in text
+
+
+@pytest.mark.slow
 def test_drifts_are_counted_from_step_0(tmp_path):
     """Require that samples begin with the initial state, here a particle at rest at x = 0.1."""
     path = tmp_path / "in.x"
