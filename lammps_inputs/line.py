@@ -174,7 +174,7 @@ class Line:
         if not self.cold:
             return replace(self, velocities=velocities)
         other = object.__new__(Line)
-        # Of the traits of a cold chain, only the largest speed depends on its velocity.
+        # Only the largest speed of a cold chain depends on its velocity.
         vars(other).update(vars(self), velocities=velocities)
         vars(other).pop("largest_speed", None)
         return other
