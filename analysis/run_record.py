@@ -11,6 +11,7 @@ from chaincor.analysis.error_bar import ErrorBar
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import EnergySplit, centre_of_mass_velocity, energy_split
 from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 
 if TYPE_CHECKING:
@@ -41,8 +42,6 @@ class RunRecord:
     looks: float | None = None
     #: Other raw outcomes of this collision, from which the error bar was estimated.
     others: tuple[Any, ...] = field(default=(), repr=False)
-    #: Mode energies, of shape (n,), if they have been computed.
-    known_energies: Array | None = field(default=None, repr=False)
 
     @property
     def line(self) -> Line:
@@ -71,12 +70,6 @@ class RunRecord:
         run = self.outcome
         change = run.energy_end - run.energy_start + (run.dissipated or 0.0)
         return float(change / run.energy_start)
-
-    @property
-    def mode_energies(self) -> Array:
-        """Harmonic energies of the chain's modes, of shape (n,); empty for beads."""
-        energies = self.known_energies
-        return self.outcome.mode_energies if energies is None else energies
 
     # ---- contacts -------------------------------------------------------------------------------
 
@@ -133,13 +126,10 @@ class RunRecord:
         return self.bond_range[end] + (self.scene.bond.natural_length - 1.0)
 
     def bond_error(self) -> float | None:
-        r"""
-        Return a bound on the strain that may have been missed between the ends of steps.
+        """
+        Return the bound of :func:`missed_strain`.
 
-        An extreme strain is at most half a step h away from the end of a step. The strain s has
-        :math:`|\ddot s| \le 4 F/m` with the largest force F and the smallest mass m. The missed
-        strain is therefore at most :math:`h^2 F/2m`. The bound is None if steps have no fixed
-        length, or if only LAMMPS evaluated the bonds.
+        The bound is None if steps have no fixed length, or if only LAMMPS evaluated the bonds.
         """
         if self.scene.problem.longest_body < 2:
             return 0.0
@@ -149,10 +139,7 @@ class RunRecord:
         step = self.looks if step is None else step
         if step is None:
             return None
-        with np.errstate(all="ignore"):
-            strains = np.linspace(self.bond_range[0] - 1.0, self.bond_range[1] - 1.0, 65)
-            forces = np.abs(self.scene.bond.force(strains))
-        return float(0.5 * step**2 * np.nanmax(forces) / self.line.lightest)
+        return float(missed_strain(self.scene.bond, self.line.lightest, step, *self.bond_range))
 
     def formula(self) -> "Formula | None":
         """Return the bond if a formula defines it, else None."""
@@ -228,6 +215,20 @@ class RunRecord:
         return mode_energies(*state, self.scene.bond.stiffness, self.line.target_masses)
 
 
+def missed_strain(bond: Potential, lightest: float, step: Any, low: Any, high: Any) -> Any:
+    r"""
+    Return a bound on the strain that may have been missed between the ends of steps.
+
+    An extreme strain is at most half a step h away from the end of a step. The strain s has
+    :math:`|\ddot s| \le 4 F/m` with the largest force F and the smallest mass m = `lightest`. The
+    missed strain is therefore at most :math:`h^2 F/2m`. `low` and `high` are the lengths of the
+    shortest and longest bond; they and `step` may be arrays with one item for each run.
+    """
+    with np.errstate(all="ignore"):
+        forces = np.abs(bond.force(np.linspace(low - 1.0, high - 1.0, 65)))
+    return 0.5 * (step * step) * np.nanmax(forces, axis=0) / lightest
+
+
 def impulse_residual(line: Line, outcome: Any, impact_velocity: float) -> float:
     """
     Return the momentum that the impulses of the contacts do not explain, in units of M v0.
@@ -236,7 +237,7 @@ def impulse_residual(line: Line, outcome: Any, impact_velocity: float) -> float:
         the larger residual of the two bodies. With a wall, only the chain has a residual.
     """
     given = float(np.sum(outcome.impulses))
-    mass = float(np.sum(line.chain_masses))
+    mass = line.chain_mass
     change = float(line.chain_masses @ outcome.velocities) + mass * impact_velocity
     residuals = [abs(change - given)]
     if not line.rigid:

@@ -136,12 +136,16 @@ class Line:
         return float(1.0 / (self.inverse_masses[self.gap] + self.inverse_masses[self.first]))
 
     @cached_property
+    def chain_mass(self) -> float:
+        """Total mass of the chain."""
+        return float(np.sum(self.chain_masses))
+
+    @cached_property
     def reduced_mass(self) -> float:
         """Reduced mass of the two bodies."""
-        chain = float(np.sum(self.chain_masses))
         if self.rigid:
-            return chain
-        return 1.0 / (1.0 / chain + 1.0 / float(np.sum(self.target_masses)))
+            return self.chain_mass
+        return 1.0 / (1.0 / self.chain_mass + 1.0 / float(np.sum(self.target_masses)))
 
     @cached_property
     def lightest(self) -> float:

@@ -23,11 +23,13 @@ class _BodiesAndContact:
 
     potential: str = observable(
         "name of the bond",
+        shared=True,
         run=lambda r: r.scene.label,
         dump=lambda a: None if a.bond is None else a.bond.name,
     )
     particles: int = observable(
         "number of particles in the chain",
+        shared=True,
         run=lambda r: r.scene.particles,
         dump=lambda a: a.particles,
         axis=r"number of particles $n$",
@@ -53,6 +55,7 @@ class _BodiesAndContact:
         "stiff spring of the same length",
         unit="speed",
         symbol="v*",
+        shared=True,
         run=lambda r: r.scene.bond.natural_speed,
         dump=lambda a: None if a.bond is None else a.bond.natural_speed,
     )
@@ -61,12 +64,14 @@ class _BodiesAndContact:
         unit="mass",
         shape="(m,)",
         rare=True,
+        shared=True,
         run=_given("masses"),
         dump=lambda a: a.masses,
     )
     target_particles: int | None = observable(
         "number of particles of a free target; null for a wall",
         rare=True,
+        shared=True,
         run=_given("target_particles"),
         dump=lambda a: a.target_particles,
     )
@@ -75,18 +80,19 @@ class _BodiesAndContact:
         unit="mass",
         shape="(m,)",
         rare=True,
+        shared=True,
         run=_given("target_masses"),
         dump=of_target("masses", ()),
     )
     contact: str | None = observable(
-        "name of the contact law of soft bodies", rare=True, run=_given("contact")
+        "name of the contact law of soft bodies", rare=True, shared=True, run=_given("contact")
     )
 
 
 def _contact_parameter(key: str) -> tuple[str, Any, Any]:
     """Return a parameter of contact laws as a field, with the description of its key."""
     definition = CONTACT_PARAMETERS[key].description.partition(" [")[0]
-    return key, float | None, observable(definition, rare=True, run=_given(key))
+    return key, float | None, observable(definition, rare=True, shared=True, run=_given(key))
 
 
 if TYPE_CHECKING:
@@ -107,35 +113,49 @@ class Bodies(_WithContact):
     """Observables of the bodies that collide."""
 
     initial: str | None = observable(
-        "file that gives the initial state of the chain", rare=True, run=_given("initial")
+        "file that gives the initial state of the chain",
+        rare=True,
+        shared=True,
+        run=_given("initial"),
     )
     compression: float | None = observable(
         "fraction by which all bonds of the chain are compressed at the start",
         rare=True,
+        shared=True,
         run=_given("compression"),
     )
     temperature: float | None = observable(
-        "k_B T of both bodies at the start", unit="energy", rare=True, run=_given("temperature")
+        "k_B T of both bodies at the start",
+        unit="energy",
+        rare=True,
+        shared=True,
+        run=_given("temperature"),
     )
-    seed: int | None = observable("seed of the random initial state", rare=True, run=_given("seed"))
+    seed: int | None = observable(
+        "seed of the random initial state", rare=True, shared=True, run=_given("seed")
+    )
     energy: str | None = observable(
         "formula of the bond energy",
         rare=True,
+        shared=True,
         run=lambda r: None if r.formula() is None else r.formula().text,
     )
     parameters: dict[str, float] | None = observable(
         "values of the parameters in the formula",
         rare=True,
+        shared=True,
         run=lambda r: None if r.formula() is None else dict(r.formula().given),
     )
     stiffness: float | None = observable(
         "stiffness U'' of a bond at its natural length, unless it is 1",
         rare=True,
+        shared=True,
         run=lambda r: r.unless_one("stiffness"),
     )
     natural_length: float | None = observable(
         "natural length of a bond, unless it is 1",
         unit="length",
         rare=True,
+        shared=True,
         run=lambda r: r.unless_one("natural_length"),
     )

@@ -43,11 +43,13 @@ class Making:
             ),
             closing=True,
         ),
+        shared=True,
         run=lambda r: r.outcome.engine,
     )
     wall: str = observable(
         "treatment of the contact: event (located within a step) or reflect (LAMMPS's fix "
         "wall/reflect)",
+        shared=True,
         run=lambda r: r.outcome.wall,
     )
     scheme: str = observable(
@@ -55,6 +57,7 @@ class Making:
         "(exact, for harmonic bonds), srkn14 (order 6, 14 kicks), extrapolated12 to extrapolated16 "
         "(extrapolated Verlet steps), adaptive8 (for stiff bonds), hard-sphere (limit of high "
         "speed)",
+        shared=True,
         run=lambda r: r.outcome.scheme,
     )
     timestep: float | None = observable(
@@ -65,10 +68,14 @@ class Making:
         run=lambda r: r.outcome.timestep,
     )
     table: str | None = observable(
-        "interpolation of the bond table; null without a table", run=lambda r: r.table.get("style")
+        "interpolation of the bond table; null without a table",
+        shared=True,
+        run=lambda r: r.table.get("style"),
     )
     table_points: int | None = observable(
-        "number of rows of the bond table; null without a table", run=lambda r: r.table.get("rows")
+        "number of rows of the bond table; null without a table",
+        shared=True,
+        run=lambda r: r.table.get("rows"),
     )
     duration: float = observable(
         "simulated time from the first contact to the end of the run",
@@ -96,6 +103,7 @@ class Making:
     )
     versions: dict[str, str] = observable(
         "versions of Python, chaincor and the libraries that computed the result",
+        shared=True,
         run=lambda r: r.versions,
     )
     details: dict[str, Any] = observable(

@@ -57,6 +57,8 @@ class Observable:
     rows: tuple[TextRow, ...] = ()  #: Printed lines that show the observable.
     #: Whether JSON and stores omit the observable if it is None.
     rare: bool = False
+    #: Whether cold chains that differ only in their speed have the same value.
+    shared: bool = False
     axis: str | None = None  #: Label of an axis in figures; by default the name.
     name: str = ""
     dtype: str = ""  #: Type of the values, as annotated.

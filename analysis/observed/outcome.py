@@ -21,6 +21,7 @@ def _energy(definition: str, body: str, part: str) -> Any:
         definition,
         unit="energy",
         rare=True,
+        shared=True,
         run=lambda r: r.energy(body, part),
         dump=energy_of(prefix, part),
     )
@@ -120,6 +121,7 @@ class MeasuredOutcome:
         "largest overlap of soft bodies at their contact, by the reference engine",
         unit="length",
         rare=True,
+        shared=True,
         run=lambda r: r.outcome.tracked.get("largest_overlap"),
     )
     ending: str = observable(
@@ -149,6 +151,7 @@ class MeasuredOutcome:
         ),
         unit="speed",
         rare=True,
+        shared=True,
         run=lambda r: r.velocity_after("chain"),
         dump=lambda a: a.velocity_after,
     )
@@ -172,6 +175,7 @@ class MeasuredOutcome:
         ),
         unit="speed",
         rare=True,
+        shared=True,
         run=lambda r: r.velocity_after("target"),
         dump=of_target("velocity_after", None),
     )
@@ -210,7 +214,9 @@ class MeasuredOutcome:
         run=lambda r: r.bond_error(),
     )
     bond_range_source: str = observable(
-        "run that gives the shortest and longest bond length", run=lambda r: r.bond_range_source
+        "run that gives the shortest and longest bond length",
+        shared=True,
+        run=lambda r: r.bond_range_source,
     )
     energy_drift: float = observable(
         "(E_end - E_start)/E_start, where the total energy E includes the energy dissipated by "
@@ -229,6 +235,7 @@ class MeasuredOutcome:
         TextRow("damping took", lambda o: f"{o.dissipated_energy:.6g}", words=("dissipated",)),
         unit="energy",
         rare=True,
+        shared=True,
         run=lambda r: r.outcome.dissipated,
     )
     momentum_residual: float = observable(
@@ -278,11 +285,13 @@ class MeasuredOutcome:
             also=("reference_error",),
         ),
         rare=True,
+        shared=True,
         run=lambda r: r.details.get("choice", {}).get("reference_restitution"),
     )
     reference_error: float | None = observable(
         "error bar of the reference engine's eta",
         rare=True,
+        shared=True,
         run=lambda r: r.details.get("choice", {}).get("reference_error"),
     )
     contact_times: FloatArray = observable(
@@ -304,7 +313,7 @@ class MeasuredOutcome:
         "translation",
         unit="energy",
         shape="(n,)",
-        run=lambda r: r.mode_energies,
+        run=lambda r: r.outcome.mode_energies,
         dump=lambda a: a.mode_energies,
         in_dumps="energies E_j of the modes in the last frame; modes whose frequencies agree to "
         "rounding share their energy equally",
@@ -326,6 +335,7 @@ class MeasuredOutcome:
         unit="energy",
         shape="(M,)",
         rare=True,
+        shared=True,
         run=lambda r: r.target_mode_energies(),
         dump=of_target("mode_energies", ()),
     )
@@ -334,6 +344,7 @@ class MeasuredOutcome:
         unit="speed",
         shape="(M,)",
         rare=True,
+        shared=True,
         run=lambda r: r.of_target("velocities"),
     )
     target_displacements: FloatArray | None = observable(
@@ -341,5 +352,6 @@ class MeasuredOutcome:
         unit="length",
         shape="(M,)",
         rare=True,
+        shared=True,
         run=lambda r: r.of_target("displacements"),
     )

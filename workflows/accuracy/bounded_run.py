@@ -222,7 +222,7 @@ def spread_of(outcome: Outcome, other: Outcome | dict[str, float]) -> dict[str, 
         "contact_speeds": v0,
         "velocities": v0,
         "target_velocities": v0,
-        "mode_energies": 0.5 * v0**2 * float(np.sum(problem.line.chain_masses)),
+        "mode_energies": 0.5 * v0**2 * problem.line.chain_mass,
     }
     return {
         name: difference + ARRAY_SENSITIVITY * floor * scales[name]

@@ -280,6 +280,7 @@ SOLVERS: tuple[Solver, ...] = (
     LAMMPS,
 )
 REFERENCE_SOLVERS = tuple(solver for solver in SOLVERS if solver.engine == "reference")
+_BY_SCHEME = {(solver.engine, solver.scheme): solver for solver in SOLVERS}
 # Overhead of any collision in addition to its runs, in seconds.
 OVERHEAD = {"lammps": _LAMMPS_SECONDS, "reference": _REFERENCE_SECONDS}
 
@@ -301,9 +302,7 @@ def solver_of(problem: Problem, among: Iterable[Solver]) -> Solver:
 
 def solver_of_outcome(engine: str, scheme: str) -> Solver:
     """Return the solver that produced an outcome, from its engine and scheme."""
-    own = [solver for solver in SOLVERS if solver.engine == engine]
-    by_scheme = {solver.scheme: solver for solver in own}
-    return by_scheme.get(scheme) or by_scheme[None]
+    return _BY_SCHEME.get((engine, scheme)) or _BY_SCHEME[engine, None]
 
 
 def duration_of(problem: Problem) -> float:

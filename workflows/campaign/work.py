@@ -3,13 +3,15 @@
 import math
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, cast
 
+import numpy as np
+
 from chaincor.analysis.observables import OF_RUNS
-from chaincor.analysis.run_record import RunRecord
-from chaincor.lammps_inputs.arrays import Array
+from chaincor.analysis.run_record import RunRecord, missed_strain
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -57,13 +59,16 @@ def collide_one(scene: Scene, most_seconds: float, planned: Plan) -> Collision:
 
 
 def _result_of(
-    scene: Scene, bounded_run: BoundedRun, started: float, energies: Array | None = None
+    scene: Scene,
+    bounded_run: BoundedRun,
+    started: float,
+    known: Mapping[str, Any] = MappingProxyType({}),
 ) -> Collision:
     """
     Return the result of a collision from its `bounded_run`.
 
-    `started` is the value of ``time.perf_counter`` at which the work began. `energies` contains the
-    mode energies, of shape (n,), if they are known already.
+    `started` is the value of ``time.perf_counter`` at which the work began. `known`
+    contains observables that have been computed already, by name.
     """
     outcome, found = bounded_run.outcome, bounded_run.details
     record = RunRecord(
@@ -77,9 +82,11 @@ def _result_of(
         seconds_total=time.perf_counter() - started,
         versions=versions(),
         looks=modal.SAMPLE_INTERVAL if modal.supports(scene.problem) else None,
-        known_energies=energies,
     )
-    values: dict[str, Any] = {each.name: each.compute(record) for each in OF_RUNS}
+    values: dict[str, Any] = {
+        each.name: known[each.name] if each.name in known else each.compute(record)
+        for each in OF_RUNS
+    }
     return Collision(**values, replay=_replay(scene, outcome, found))
 
 
@@ -97,16 +104,30 @@ def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:
 def collide_together(
     scenes: Sequence[Scene], planned: Sequence[Plan] | None = None
 ) -> list[Collision | None]:
-    """Return the results of a batch; None for each scene that needs :func:`collide_one`."""
+    """
+    Return the results of a batch; None for each scene that needs :func:`collide_one`.
+
+    The chains differ only in their speed, and share some observables.
+    """
     started = time.perf_counter()
     answers = solve_batch(planned or plans(scenes))
-    whole = time.perf_counter() - started
-    return [
-        None
-        if found is None
-        else _result_of(scene, found[0], time.perf_counter() - whole / len(scenes), found[1])
-        for scene, found in zip(scenes, answers, strict=True)
-    ]
+    each_took = (time.perf_counter() - started) / len(scenes)
+    runs = [answer[0].outcome for answer in answers if answer is not None]
+    steps, lows, highs = (
+        np.array([getattr(run, name) for run in runs])
+        for name in ("timestep", "bond_min", "bond_max")
+    )
+    missed = missed_strain(scenes[0].bond, scenes[0].line.lightest, steps, lows, highs)
+    bond_errors, shared = iter(missed.tolist()), dict[str, Any]()
+    results: list[Collision | None] = [None] * len(scenes)
+    for place, answer in enumerate(answers):
+        if answer is None:
+            continue
+        known = shared | {"mode_energies": answer[1], "bond_error": next(bond_errors)}
+        began = time.perf_counter() - each_took
+        result = results[place] = _result_of(scenes[place], answer[0], began, known)
+        shared = shared or {e.name: getattr(result, e.name) for e in OF_RUNS if e.shared}
+    return results
 
 
 def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None]:
