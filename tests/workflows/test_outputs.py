@@ -117,6 +117,12 @@ def test_a_store_whose_name_is_too_long_is_bad_input(tmp_path, chaincor, monkeyp
     assert "Give another path" in err
 
 
+@pytest.mark.parametrize("limit", [10**400, float("nan"), True, "1", None])
+def test_a_time_limit_is_a_number(limit):
+    with pytest.raises(InputError, match=r"the time limit is .*Give a number"):
+        collide(IN_HOUSE, most_seconds=limit)
+
+
 def test_a_device_is_no_file_to_be_replaced(tmp_path):
     # Otherwise, root would replace /dev/null by a file.
     pipe = tmp_path / "pipe"

@@ -177,3 +177,15 @@ def test_the_store_itself_stays(tmp_path, chaincor, command, suffix):
     assert (status, store.read_bytes()) == (2, before)
     if (command == ("plot",)) == (suffix == ".png"):
         assert "which is an input of this command" in err
+
+
+def test_a_file_in_place_of_the_folder_of_jobs_is_refused_before_the_store(
+    tmp_path, chaincor, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.toml").write_text("[axes]\nparticles = [2]\n")
+    (tmp_path / "mine").write_text("mine")
+    status, out, err = chaincor("sweep", "s.toml", "--workers", "1", "--keep-jobs", "mine")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "is a file. Give another path" in err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "s.toml"]

@@ -1,6 +1,7 @@
 """Plan a scene: choose its solver and numerics, and forecast the cost, without a run."""
 
 import math
+import sys
 from dataclasses import dataclass, replace
 from numbers import Real
 from typing import Any
@@ -262,7 +263,9 @@ def _in_lammps(problem: Problem, scheme: StepSchemeName, target_error: float) ->
 
 def refuse_too_costly(scene: Scene, planned: Plan, most_seconds: float) -> None:
     """Raise CostError if a planned collision is expected to exceed the time limit."""
-    if not isinstance(most_seconds, Real) or math.isnan(most_seconds):
+    # A whole number may be too large for a float, and NaN fails each comparison.
+    is_number = isinstance(most_seconds, Real) and not isinstance(most_seconds, bool)
+    if not is_number or not (most_seconds <= sys.float_info.max or most_seconds == math.inf):
         raise InputError(
             f"the time limit is {shown(most_seconds)}. Give a number of seconds or hours"
         )

@@ -84,6 +84,7 @@ def sweep(
     potential = ["lj", "toda"]
     speed = { from = 0.1, to = 1.0, points = 10 }
     """  # noqa: D301
+    from chaincor.analysis.output_paths import judge_folder
     from chaincor.workflows.campaign.cells import Cells
     from chaincor.workflows.campaign.cluster import DaskCluster
     from chaincor.workflows.campaign.into_store import IntoStore
@@ -108,6 +109,8 @@ def sweep(
             note = "the forecast is for results on this machine and ignores"
             say(f"chaincor: note: {note} {' and '.join(left_out)}", err=True)
         return
+    if keep_jobs is not None:
+        judge_folder(keep_jobs, "job", ())
     if shard is not None and store_path is None:
         make_folder(path.parent)
     with Store(path) as store:
