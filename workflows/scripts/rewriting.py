@@ -24,6 +24,8 @@ _NOTHING = "variable chaincor_none string 0"
 _NO_VALUES = ("loop", "delete", "world", "universe", "uloop")
 _RESETS = ("reset_timestep", "read_restart")
 _LARGEST = 10_000_000
+# These columns of the thermo output are replaced, because fixes may lack a value when a run ends.
+_REPLACED = re.compile(r"[fv]_")
 _QUOTED = re.compile(r"\"([^\"]*)\"|'([^']*)'")
 
 
@@ -95,11 +97,26 @@ def _command(command: str, folder: Path, change: Change) -> list[str]:
             # LAMMPS prints the values of many fixes only at multiples of their period, but a run
             # with another step seldom ends at a multiple. Such a value is therefore replaced by a
             # word that keeps the number of columns.
-            words = ["time" if re.match(r"[fv]_", word) else word for word in words]
+            words = ["time" if _REPLACED.match(word) else word for word in words]
         # LAMMPS evaluates only thermo keywords that are in its output.
         keywords = [each for each in change.quantities if not re.match(r"[cfv]_", each)]
         words += [each for each in keywords if each not in words]
+    if name == "thermo_modify" and not change.printed:
+        words = _without_replaced(words)
     return [*before, " ".join(words)] if before or words != command.split() else [command]
+
+
+def _without_replaced(words: list[str]) -> list[str]:
+    """Remove the settings of replaced columns from a thermo_modify command."""
+    kept, at = [], 0
+    while at < len(words):
+        column = "".join(words[at + 1 : at + 2])
+        if words[at] in ("colname", "format") and _REPLACED.match(column):
+            at += 3
+        else:
+            kept.append(words[at])
+            at += 1
+    return kept if len(kept) > 1 else [_NOTHING]
 
 
 def timed_run(words: list[str], folder: Path) -> list[str]:

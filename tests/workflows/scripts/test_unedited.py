@@ -172,7 +172,8 @@ PERIODS = (
     "fix a all ave/time 5 2 10 c_thermo_temp\n"
     "variable a equal f_a\n"
     "thermo_style custom step temp f_a v_a\n"
-    "thermo_modify format 3 %12.6f\n"
+    "thermo_modify format 3 %12.6f colname f_a Mean colname v_a Same\n"
+    "thermo_modify format f_a %12.6f\n"
     "run 20\n"
 )
 
