@@ -242,7 +242,7 @@ class Scene(SceneFields):
         usual = isinstance(value, float) and value > 0.0 and not self.explicit
         if not (usual and key in self.model_fields_set and self.line.is_standard):
             return self.replace(**{key: value})
-        other = self.model_copy(update={key: value})
+        other = super().model_copy(update={key: value})
         velocity = other.impact_velocity
         if not 1.0 / _USUAL_VELOCITY < velocity < _USUAL_VELOCITY:
             return self.replace(**{key: value})
