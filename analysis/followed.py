@@ -1,4 +1,4 @@
-"""Read the frames of a collision once, in constant memory, and bound the error of eta."""
+"""Read a dump's frames once: find contacts, judge the end, and bound the error of digits."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -25,7 +25,7 @@ from chaincor.lammps_inputs.arrays import Array
 _SPACINGS = (0.1, 0.12, 0.14)
 # Width of the smoothed step, in grid spacings, and power of the width in the smoothing error.
 _SMOOTH, _SMOOTHING_ORDER = 2.5, 3
-# Time step times the largest rate. The classical Runge-Kutta method is stable up to 2.8.
+# Time step, times the largest rate. The classical Runge-Kutta method is stable up to 2.8.
 _STABLE = 0.8 * 2.8
 # Lengths ahead of the train of waves, behind the train, and of the absorbing layer, in widths of
 # the linear front.

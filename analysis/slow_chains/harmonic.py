@@ -29,8 +29,8 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 
 # The Airy function is 1e-13 at 9 widths ahead of the front. Chain and wall separate at 0.4 widths
-# behind the front, where its integral F is 1/2. The gap grows as long as F exceeds 1/2, and farther
-# behind the front F remains above 0.8.
+# behind the front, where its integral F is 1/2. The gap grows as long as F exceeds 1/2. Farther
+# behind the front, F stays above 0.8.
 _BEFORE, _BEHIND = 10.0, 4.0
 _PANEL_NODES = 16
 # Three times the largest difference from the modal engine, for 76 lengths from 100 to 10000.

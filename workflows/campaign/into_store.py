@@ -206,7 +206,7 @@ class IntoStore:
         return missing if self._keep_jobs is None else _keeping_jobs(missing, self._keep_jobs)
 
     def _is_wanted(self, asked: Sequence[CollisionRequest]) -> Sequence[bool]:
-        """Return, for each collision, whether it is still missing after work of other sweeps."""
+        """Return, for each collision, whether no other sweep has stored it in the meantime."""
         # After another program has written to the store, each collision is looked up again.
         self._shared = self._shared or self._store.version() != self._version
         if not self._shared:

@@ -61,7 +61,7 @@ class Frames:
         return 0 if self.target_displacements is None else self.target_displacements.shape[1]
 
     def along_x(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return displacements and velocities along x, from the far end of a target on."""
+        """Return displacements and velocities in the order of x, with a target before the chain."""
         if self.target_displacements is None or self.target_velocities is None:
             return self.displacements, self.velocities
         return (

@@ -207,10 +207,10 @@ def read_slips() -> tuple[str, list[dict[str, str]]]:
     """
     Read the paper's slips from the page ``paper_slips.md``, which tests write.
 
-    Return a sentence with the number of slips, and all entries in the paper's order. Each entry has
-    the place in the paper, the printed text, the correct text (empty if the paper is right), the
-    kind of entry (for example ``slip``), the consequence (a dash if the entry is no slip) and the
-    check.
+    Return a sentence that gives the number of slips, and the list of entries in the paper's order.
+    Each entry has the place in the paper, the printed text, the correct text (empty if the paper is
+    right), the kind of entry (for example ``slip``), the consequence (a dash if the entry is no
+    slip) and the check.
     """
     page = (DOCUMENTS / "paper_slips.md").read_text(encoding="utf-8")
     head, *entries = re.split(r"\n## \d+\. ", page)

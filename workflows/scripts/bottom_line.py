@@ -85,7 +85,7 @@ def _own_value(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -
     text = f"{yours} is small enough"
     if total > 1:
         text += f" for {f'all {count}' if count == total else f'{count} of {total}'} quantities"
-    return f"{text}, but one run is too noisy for {listed(noisy)}."
+    return f"{text}, but a single run scatters too much for {listed(noisy)}."
 
 
 def _use(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> str:

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.scripts.quantities import ObservedNumber, Quantity
 
-# A mean covers this fraction of the run, at its end.
+# A mean is taken over the end of a run, over this fraction of its length.
 SHARE = 0.5
 # The error of a mean, and a drift, need at least this many samples.
 LEAST_SAMPLES = 8

@@ -1,4 +1,4 @@
-"""Split the error of a setting by cause, from runs that omit one cause after the other."""
+"""Split the error of a setting by cause, and measure eta's error for tables of many rows."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -87,8 +87,8 @@ def measure_budget(
     """
     Measure the error budget of a setting by removing one cause of error after the other.
 
-    The errors have signs. With the event wall, they add up to the total error. The error from the
-    stock wall is averaged over `phases` nearby steps. `oracle_seconds` limits the time for each
+    All errors are absolute values. The error from the stock wall is a root mean square over
+    `phases` slightly different steps. `oracle_seconds` limits the time for each
     slow run, which has exact bonds or wider floats.
     """
     advance(0.0)

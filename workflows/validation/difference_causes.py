@@ -1,4 +1,4 @@
-"""Find why a result differs from the reference engine's, by runs with usual mistakes."""
+"""Find the usual mistake that explains a difference, from reference runs of changed scenes."""
 
 import math
 from collections.abc import Iterator

@@ -1,5 +1,5 @@
 """
-Take composed or extrapolated steps in LAMMPS from one compiled loop.
+Take composed or extrapolated steps as LAMMPS's Verlet steps with other masses and velocities.
 
 A Verlet step of w H equals a Verlet step of H with masses multiplied by :math:`w^{-2}` and
 velocities multiplied by w. LAMMPS's timestep H therefore never changes. Changing the timestep would

@@ -114,7 +114,7 @@ class LoopCompiler:
         """
         Register a function of another library, which takes addresses and returns nothing.
 
-        Return a function that stands for the foreign function in functions to be compiled. Its
+        Return a stand-in for the foreign function, which compiled code can call. Its
         address is set by `set_symbol_address`.
         """
 

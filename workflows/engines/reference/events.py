@@ -144,7 +144,7 @@ class Event(NamedTuple):
 
 
 class SubstepPath(NamedTuple):
-    """Path along which an event is searched: motion near the contact in one substep."""
+    """Motion near the contact during one substep, along which events are searched for."""
 
     position: float  #: Position of the first particle before the substep.
     direction: float  #: Direction of the event.

@@ -1,4 +1,4 @@
-"""Run many collisions of one chain with a hard wall, each with its own step."""
+"""Run many collisions of one chain with a hard wall, each with its own initial state and step."""
 
 import math
 import time
