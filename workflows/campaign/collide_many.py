@@ -95,7 +95,7 @@ def collide_many(
     if executor is not None:
         raise InputError(
             "collide_many takes no executor, because threads of this process compute its warm "
-            "chains. Give workers, or give the executor to collide with a list of scenes"
+            "chains. Give workers instead, or call collide(scenes, executor=...)"
         )
     workers = workers_given(workers)
     groups = group_scenes(scenes, samples, velocities)

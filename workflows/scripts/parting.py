@@ -163,8 +163,8 @@ def _compare(
     ours, theirs = _common_times(first.frames, second.frames)
     if len(ours) < 2:
         raise InputError(
-            f"the runs have only {len(ours)} sampled times in common ({what}). Let "
-            "each run cover several steps of the same physical times"
+            f"the runs have only {len(ours)} sampled times in common ({what}). Choose run "
+            "lengths so that all runs are sampled several times at equal physical times"
         )
     here, there = first.frames.positions[ours], second.frames.positions[theirs]
     begun = np.isfinite(here[:, 0, 0]) & np.isfinite(there[:, 0, 0])

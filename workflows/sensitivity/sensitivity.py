@@ -175,11 +175,10 @@ def sensitivity_of(
     off = abs(found.restitution - restitution)
     if not off <= 3.0 * error + 1e-9 * restitution or not _RESERVE * found.residual < _WORST:
         raise SensitivityError(
-            f"the differentiated run gives eta = {found.restitution:.9g} instead of "
-            f"{restitution:.9g}, with a relative error of "
-            f"{_RESERVE * found.residual:.1g} of the derivatives ({_WORST:g} is "
-            "allowed). This collision amplifies rounding too much. Take a lower "
-            "speed or fewer particles"
+            f"the differentiated run gives eta = {found.restitution:.9g}, but the collision gave "
+            f"{restitution:.9g}. The derivatives have a relative error of about "
+            f"{_RESERVE * found.residual:.1g}; at most {_WORST:g} is allowed. This collision "
+            "amplifies rounding too much. Take a lower speed or fewer particles"
         )
     return _with_names(scene, found, variants, step)
 

@@ -164,8 +164,7 @@ def climb_ladder(scene: Scene, against: str, timeout: float) -> UserLadder:
     if scene.timestep is None:
         raise InputError(
             "--ladder halves the time step, but no time step is given. Give the "
-            "largest step with --timestep H; the function reads it as "
-            "scene.timestep"
+            "largest one with --timestep H. Your integrator reads it as scene.timestep"
         )
 
     def run(step: float) -> float:

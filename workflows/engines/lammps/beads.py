@@ -125,9 +125,9 @@ class _Column:
             self._reach, initial=-1.0
         ):
             raise CrossingError(
-                f"a bead overlaps with the next but one at time {self._flight.time:g}, and in "
-                "LAMMPS these two would also repel each other. Lower the speed, or use engine "
-                "'reference'"
+                f"at time {self._flight.time:g}, a bead overlaps with the second bead after it. "
+                "LAMMPS would make these two repel each other, although they are no neighbours. "
+                "Lower the speed, or use engine 'reference'"
             )
         self._seen = min(low, self._seen[0]), max(high, self._seen[1])
         stiffness = np.delete(line.pair_stiffness, line.gap)
