@@ -108,7 +108,7 @@ def test_a_step_of_ones_own_is_taken():
 
 
 def test_beads_that_reach_the_next_but_one_are_refused(tmp_path):
-    with pytest.raises(ChaincorError, match="next but one"):
+    with pytest.raises(ChaincorError, match="second bead after"):
         collide(beads(velocity=0.5))
     with pytest.raises(SceneError, match=r"Give less than 0\.2"):
         write_job(beads(velocity=0.4), tmp_path)
