@@ -304,5 +304,5 @@ def test_an_ensemble_shows_itself_in_a_notebook():
 
 
 def test_an_executor_is_refused():
-    with pytest.raises(InputError, match=r"takes no executor.*Give workers, or give the executor"):
+    with pytest.raises(InputError, match=r"takes no executor.*Give workers instead"):
         collide_many(WARM, 2, executor=object())
