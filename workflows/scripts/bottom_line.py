@@ -9,7 +9,7 @@ from chaincor.workflows.scripts.answers import (
     answer_ladder,
 )
 from chaincor.workflows.scripts.ladder_runs import ScriptLadder
-from chaincor.workflows.scripts.number_names import MOST_LISTED, all_of, listed, name_in
+from chaincor.workflows.scripts.number_names import MOST_LISTED, all_of, listed, name_in, name_of
 from chaincor.workflows.scripts.remedies import no_change, unanswered, unscaled_period
 from chaincor.workflows.scripts.step_settings import where_to_set
 
@@ -107,7 +107,8 @@ def _use(study: "ScriptStudy", each: ScriptLadder, answer: LadderAnswer) -> str:
     if several is not None and (
         answer.single is None or ladder.step(several.value) > ladder.step(answer.single.value)
     ):
-        parts.append(f"{ladder.text(several.value)} and {_average(several, answer)}")
+        needs = f" ({name_of(several.decides)} needs them)" if len(answer.judged) > 1 else ""
+        parts.append(f"{ladder.text(several.value)} and {_average(several, answer)}{needs}")
     where = where_to_set(study, ladder.name)
     use_it = "Use"
     if answer.in_state("too large") and unscaled_period(study) is not None:

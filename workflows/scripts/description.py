@@ -156,7 +156,7 @@ def notes(study: "ScriptStudy") -> list[str]:
             said.append(
                 f"{'caution' if count.moves else 'note'}: {count}"
                 + (
-                    "; --scale-periods keeps its simulated time"
+                    "; with --scale-periods, this period keeps its length in time"
                     if count.periods and count.moves
                     else ""
                 )

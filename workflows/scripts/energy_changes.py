@@ -82,7 +82,8 @@ class EnergyChange:
         text = f"No timestep cures the drift of {what} by {self.drift:.2g}"
         if cause is None:
             return f"{text}."
-        return f"{text}; its {'' if self.confirmed else 'likely '}cause is {cause.text}."
+        text += f"; its {'' if self.confirmed else 'likely '}cause is {cause.text}"
+        return f"{text}, which '{cause.remedy}' removes." if self.confirmed else f"{text}."
 
     @property
     def _bath(self) -> str:

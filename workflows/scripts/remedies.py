@@ -106,7 +106,7 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
     noisy = [number for number in numbers if not needs_finer(number)]
     if not noisy:
         command = study.command.again(ladder=_extended(study, each, numbers))
-        return Remedy(f"To find one, run: {command}")
+        return Remedy(f"To look for a sufficient {each.ladder.name}, run: {command}")
     # The uncertainty decreases as one over the square root of the number of runs, or of their
     # length.
     ratios = [float(np.min(n.verdict.bias)) / (n.tolerance or 1e-300) for n in noisy]
