@@ -1,7 +1,7 @@
 r"""
 Dissipation of a slow long chain, from a computed curve and the lead of the front.
 
-.. math:: n^{2/3} (1 - \eta) = h_r(y) + 2 \beta\, n^{-1/3} + O(n^{-8/15}), \qquad
+.. math:: n^{2/3} (1 - \eta) = h_r(y) + 2 \beta\, n^{-1/3} + \dots, \qquad
           y = (-1)^r r (r - 1) c\, v_0^{r-2} n^{2/3}
 
 for bonds U = s^2/2 + c s^r + ...; y < 0 if compression softens the bond. There is one curve h_r for
@@ -27,11 +27,10 @@ TABLE = Path(__file__).with_name("curves.csv")
 # Lead of the front of a harmonic chain at a wall, in bond lengths: ``harmonic.front_lead``.
 FRONT_LEAD = 0.9945645
 
-# Centre and half-width of an interval for the limit of h_3(y)/y, y -> infinity. The form of the
-# approach is unknown. The upper end is the largest fit of ``benchmarks.slow_chains.limit``. The
-# fits exceed the value at y = 320 by 3e-4; the lower end lies below 0.3750, the value of the
-# steepest fronts, by about as much.
-STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.3754, 0.0008
+# Slope h_3(y)/y of the steepest computed fronts, y = 240 and 320, and an assumed bound on the
+# change beyond them. The limit y -> infinity is unknown: all fits of
+# ``benchmarks.slow_chains.limit`` fail at y = 320.
+STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.375, 0.001
 
 # Largest relative error of the interpolation of h between the points of the table:
 # ``python -m benchmarks.slow_chains.curves --check``.
@@ -182,8 +181,9 @@ def long_chain_slope(bond: Potential) -> float:
     r"""
     Return C of :math:`1 - \eta = C v_0/v^*`, in the limit of long chains, then of low speed.
 
-    :math:`C = 0.3754(8)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.013(2) for lj,
-    0.952(2) for toda at any b, 0.726(2) for log. The errors are half-widths of intervals.
+    :math:`C = 0.375(1)\, \kappa v^*` with :math:`\kappa = -U^{(3)}(1)`: 1.012(3) for lj, 0.951(3)
+    for toda at any b, 0.725(2) for log. The errors assume that :math:`h_3(y)/y` has a limit and
+    changes by less than 0.001 beyond y = 320.
 
     Parameters
     ----------
@@ -223,8 +223,8 @@ def slow_chain_dissipation(bond: Potential, particles: int, impact_velocity: flo
     Returns
     -------
     float
-        :math:`n^{-2/3} h_r(y) + 2 \beta/n`. The largest neglected term decreases as n^(-6/5) at
-        fixed y.
+        :math:`n^{-2/3} h_r(y) + 2 \beta/n`. The neglected terms decrease faster than 1/n
+        at fixed y.
     """
     variable = slow_chain_variable(bond, particles, impact_velocity)
     loss = float(limiting_loss(variable, bond.anharmonic_order or 3))

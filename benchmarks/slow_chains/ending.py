@@ -29,7 +29,7 @@ from chaincor.analysis.slow_chains.harmonic import PressedEnd
 RATES = (0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5)
 # The length of the push differs by up to four intervals of 2.3 between contacts.
 _PHASES = np.linspace(0.0, 9.2, 13)[:-1]
-# Contacts are irregular at the end, when the push is smaller than about 3 a^(3/5).
+# The search without a guess begins when the push is smaller than these parts of the rate's powers.
 _IRREGULAR, _POWER, _FEW = 6.0, 0.6, 50.0
 _TERMS = np.arange(1, 4001)
 
@@ -90,6 +90,13 @@ def mean_excess(rate: float) -> tuple[float, float]:
     return float(np.mean(found)), float(np.std(found, ddof=1)) / len(found) ** 0.5
 
 
+def part_of_excess(n: float) -> tuple[float, float]:
+    """Return -2 n^(-1/3) E and its error, the part of the excess in a harmonic chain's loss."""
+    # When the push vanishes, its slope is a = 2^(5/3) Ai(z0) n^(-1/3).
+    mean, error = mean_excess(1.44891 * n ** (-1.0 / 3.0))
+    return -2.0 * n ** (-1.0 / 3.0) * mean, 2.0 * n ** (-1.0 / 3.0) * error
+
+
 def main() -> None:
     """Print intervals, excesses, and the part of the excess in the remainder of chains."""
     print("| push | interval, a = 1e-4 | equal action |\n|---|---|---|")
@@ -99,9 +106,8 @@ def main() -> None:
         )
     print("| n | remainder | -2 n^(-1/3) excess |\n|---|---|---|")
     for n, remainder, error in remainders():
-        # The push falls as 1 - a t when it vanishes, with a = 4 2^(-1/3) Ai(z0) n^(-1/3).
-        part, bar = (2.0 * n ** (-1.0 / 3.0) * x for x in mean_excess(1.4496 * n ** (-1.0 / 3.0)))
-        print(f"| {n:.0f} | {remainder:.4f}({error:.4f}) | {-part:.4f}({bar:.4f}) |", flush=True)
+        part, bar = part_of_excess(n)
+        print(f"| {n:.0f} | {remainder:.4f}({error:.4f}) | {part:.4f}({bar:.4f}) |", flush=True)
     print("| a | excess | error | excess/a^(3/5) |\n|---|---|---|---|")
     for rate in RATES:
         mean, error = mean_excess(rate)

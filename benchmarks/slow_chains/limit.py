@@ -1,12 +1,13 @@
 """
-Fit the limit of C'(y) = h_3(y)/y for steep fronts, and the approach to the limit.
+Test whether C'(y) = h_3(y)/y of steep fronts can be extrapolated.
 
     python -m benchmarks.slow_chains.limit
 
 The fits use the minima of ``steep.csv``. The deepest minimum oscillates with y, because it changes
 from wave to wave. The minimum of a polynomial through the losses of neighbouring waves does not
 oscillate and is used instead. The form of the approach is not derived. Forms in y and in
-t = (y/2)^(3/2)/3 are fitted. The modulated start of ``modulated.csv`` checks the step.
+t = (y/2)^(3/2)/3 are fitted. All fits fail at the steepest front; therefore C' is not
+extrapolated. The modulated start of ``modulated.csv`` checks the step.
 """
 
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from benchmarks.slow_chains.modulated import GRIDS
 from benchmarks.slow_chains.modulated import TABLE as MODULATED
@@ -33,13 +35,16 @@ FORMS = {
     "ln t/t and 1/t": (lambda y, t: np.log(t) / t, lambda y, t: 1.0 / t),
     "1/y and 1/t": (lambda y, t: 1.0 / y, lambda y, t: 1.0 / t),
 }
-# A form with a larger residual does not describe the approach.
+# A form with a larger residual does not describe the points.
 LARGEST_RESIDUAL = 2e-5
+# y and C' of the steepest front, which is not fitted: `steep.steep_minima` with spacings 0.25 and
+# 0.22, which differ by 1e-5.
+STEEPEST = 320.0, 0.37503
 
 
-def time_of(variable: Array) -> Array:
+def time_of(variable: ArrayLike) -> Array:
     """Return t, in the units of u_t + 6 u u_x + u_xxx = 0."""
-    return (0.5 * variable) ** 1.5 / 3.0
+    return (0.5 * np.asarray(variable)) ** 1.5 / 3.0
 
 
 def points() -> tuple[Array, Array]:
@@ -91,23 +96,34 @@ def fitted(y: Array, slope: Array, form: str) -> tuple[Array, float]:
     return best, float(np.abs(design @ best - slope).max())
 
 
+def predicted(y: float, form: str, best: Array) -> float:
+    """Return C'(y) of a fit."""
+    terms = [float(term(y, time_of(y))) for term in FORMS[form]]
+    return float(best[0] - np.dot(best[1:], terms))
+
+
 def main() -> None:
-    """Print the points and the fits."""
-    for name, found in (("step", step_slopes()), ("modulated start", modulated_slopes())):
-        for variable, (deepest, smooth) in found.items():
+    """Print the points, and the fits with their predictions for the steepest front."""
+    for name, slopes in (("step", step_slopes()), ("modulated start", modulated_slopes())):
+        for variable, (deepest, smooth) in slopes.items():
             print(f"{name}, y = {variable:g}: C' = {deepest:.6f}, without swing {smooth:.6f}")
     y, slope = points()
-    limits = []
+    steepest, computed = STEEPEST
+    found = []
     for form, start in product(FORMS, STARTS):
         chosen = y >= start
         best, residual = fitted(y[chosen], slope[chosen], form)
         if residual <= LARGEST_RESIDUAL:
-            limits.append(best[0])
+            found.append(predicted(steepest, form, best))
         factors = ", ".join(f"{factor:.4f}" for factor in best[1:])
         print(
-            f"{form} from {start:g}: C = {best[0]:.5f}, factor {factors}, residual {residual:.1e}"
+            f"{form} from {start:g}: C = {best[0]:.5f}, factor {factors}, residual {residual:.1e}, "
+            f"{predicted(steepest, form, best):.5f} at y = {steepest:g}"
         )
-    print(f"fits that describe the points: {min(limits):.5f} to {max(limits):.5f}")
+    print(
+        f"y = {steepest:g}: {min(found):.5f} to {max(found):.5f} by fits that describe the points, "
+        f"{computed} computed"
+    )
 
 
 if __name__ == "__main__":

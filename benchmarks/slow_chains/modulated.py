@@ -15,8 +15,8 @@ In units of the equation u_t + 6 u u_x + u_xxx = 0 the train of a step is
 
 with the complete integral K(m), and m(x, t) from :math:`\partial \Phi/\partial m = 0`. The train of
 Gurevich and Pitaevskii has I = 0. The term I is the phase of Egorova and others (Nonlinearity 26,
-1839, 2013). Its argument is the jump of the step's reflection coefficient at the wave number i k.
-The constants were checked with the front of `spectral`.
+1839, 2013). Its logarithm contains the jump of the step's reflection coefficient at the wave number
+i k. The constants were checked with the front of `spectral`.
 """
 
 import argparse

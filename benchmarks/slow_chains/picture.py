@@ -12,14 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.slow_chains import harmonic_limit, lattices
+from benchmarks.slow_chains import ending, harmonic_limit, lattices
+from benchmarks.slow_chains.limit import STEEPEST, step_slopes
 from chaincor.analysis.figures.style import BLACK, CYCLE, GREY, MARKERS, new_figure
-from chaincor.analysis.slow_chains.curve import (
-    FRONT_LEAD,
-    STEEP_LIMIT,
-    STEEP_LIMIT_ERROR,
-    limiting_loss,
-)
+from chaincor.analysis.slow_chains.curve import FRONT_LEAD, limiting_loss
 from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, harmonic_dissipation_limit
 
 
@@ -61,6 +57,15 @@ def draw_harmonic(ax) -> None:
     limit = harmonic_dissipation_limit()
     theory = limit + 2.0 * FRONT_LEAD * line
     ax.plot(line, theory, color=BLACK, lw=1.0, label=r"$0.5626 + 2\beta\,n^{-1/3}$")
+    sizes = harmonic_limit.means()[0]
+    sizes = sizes[sizes > 900.0]
+    parts, errors = np.array([ending.part_of_excess(n) for n in sizes]).T
+    places = sizes ** (-1.0 / 3.0)
+    with_excess = limit + 2.0 * FRONT_LEAD * places + parts
+    label = r"$0.5626 + 2(\beta-E)\,n^{-1/3}$"
+    ax.errorbar(
+        places, with_excess, errors, fmt="s", color=CYCLE[1], mfc="none", ms=5.0, label=label
+    )
     paper = HARMONIC_DISSIPATION_COEFFICIENT
     ax.plot(line, [paper, paper], ":", color=GREY, label="the paper: 0.652")
     ax.set(xlim=(0.0, 0.11), ylim=(0.54, 0.85), xlabel="$n^{-1/3}$")
@@ -69,13 +74,17 @@ def draw_harmonic(ax) -> None:
 
 
 def draw_swing(ax) -> None:
-    """Draw C'(y), with kinks where another wave is the deepest, and the interval for its limit."""
-    y = np.linspace(10.0, 80.0, 1400)
+    """Draw C'(y), with kinks where another wave is the deepest, and single steep fronts."""
+    y = np.geomspace(10.0, 80.0, 1400)
     ax.plot(y, limiting_loss(y) / y, color=CYCLE[0], lw=1.2, label="$C'(y)=h_3(y)/y$")
-    low, high = STEEP_LIMIT - STEEP_LIMIT_ERROR, STEEP_LIMIT + STEEP_LIMIT_ERROR
-    label = f"interval for the limit: {low:.4f} to {high:.4f}"
-    ax.axhspan(low, high, color=GREY, alpha=0.25, lw=0.0, label=label)
-    ax.set(xlabel="$y$", ylabel="$C'(y)$", ylim=(0.360, 0.380))
+    fronts = {variable: slopes[0] for variable, slopes in step_slopes().items() if variable > 80.0}
+    fronts |= dict([STEEPEST])
+    ax.plot(
+        list(fronts), list(fronts.values()), "o", color=CYCLE[0], mfc="none", label="single fronts"
+    )
+    ax.set(xscale="log", xlabel="$y$", ylabel="$C'(y)$", ylim=(0.360, 0.380))
+    ax.set_xticks([10, 20, 50, 100, 200, 320], labels=["10", "20", "50", "100", "200", "320"])
+    ax.minorticks_off()
     ax.legend(frameon=False, fontsize=8, loc="lower right")
 
 
@@ -85,7 +94,7 @@ def draw_softening(ax) -> None:
     for order, line in ((3, "-"), (4, "--")):
         ax.plot(y, limiting_loss(y, order), line, color=BLACK, lw=1.0, label=f"$h_{order}(y)$")
     steep = np.linspace(-20.0, -3.0, 100)
-    ax.plot(steep, 0.69 / np.sqrt(-steep), ":", color=CYCLE[1], label="$0.69\\,|y|^{-1/2}$")
+    ax.plot(steep, 0.68 / np.sqrt(-steep), ":", color=CYCLE[1], label="$0.68\\,|y|^{-1/2}$")
     ax.plot(0.0, harmonic_dissipation_limit(), "o", color=CYCLE[0], ms=4.0, label="harmonic")
     ax.set(xlabel="$y$", ylabel="$h_r(y)$", ylim=(0.0, 2.5))
     ax.legend(frameon=False, fontsize=8)

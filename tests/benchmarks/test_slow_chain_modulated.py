@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.slow_chains.lag import moved_wave
+from benchmarks.slow_chains.lag import determinant_lag, determinant_wave, moved_wave, soliton_lag
 from benchmarks.slow_chains.modulated import TABLE, modulated_minima, modulated_wave
 from benchmarks.slow_chains.spectral import spectral_minima
 
@@ -24,6 +24,29 @@ def test_leading_solitons_lag_behind_the_edge_of_the_train(time):
     lags = n * (1.0 + np.log(32.0 * time / n)) - 0.25 * np.log(64.0)
     assert 4.0 * time - places[:3] == pytest.approx(lags, rel=3.0 * n[-1] / time)
     assert heights[:3] == pytest.approx(2.0 - n / (2.0 * time), abs=3.0 * n[-1] / time**1.5)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_solitons_of_the_determinant_approach_the_late_form(number):
+    # The next term is of the order ln t/t. The lag is known to 1e-6.
+    early, late = (
+        (determinant_lag(number, t) - soliton_lag(number, t)) * t / np.log(64.0 * t)
+        for t in (100.0, 400.0)
+    )
+    assert early == pytest.approx(late, rel=0.15)
+    # The modulated train has Stirling's form, which is smaller by 1/(96 k - 24) + O(k^-3).
+    n, t = number - 0.25, 100.0
+    stirling = n * (1.0 + np.log(32.0 * t / n)) - 0.25 * np.log(64.0)
+    assert soliton_lag(number, t) - stirling == pytest.approx(1.0 / (96.0 * n), rel=0.03)
+
+
+def test_determinant_is_the_front_of_a_step():
+    # These are the lags by finite differences at y = 20, with errors of 1e-3.
+    time = 10.0**1.5 / 3.0
+    lags = [determinant_lag(number, time) for number in (1, 2, 3)]
+    assert lags == pytest.approx([4.329, 10.038, 15.192], abs=2e-3)
+    # Before the second crest, u falls almost to its level ahead of the train.
+    assert determinant_wave(4.0 * time - 7.2, time) < 0.1
 
 
 @pytest.mark.slow

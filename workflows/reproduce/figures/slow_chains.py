@@ -164,13 +164,13 @@ def infinite_chain(measured: Measurements) -> str:
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
         f"v₀ → 0, taken after n → ∞. It is {STEEP_LIMIT} ± {STEEP_LIMIT_ERROR:g} times κ v* with "
-        "κ = −U‴(1), which is "
+        f"κ = −U‴(1), if h/y changes by less than {STEEP_LIMIT_ERROR:g} beyond y = 320, which is "
         + ", ".join(f"{slope} for {kind}" for kind, slope in slopes.items())
         + " (docs/explanation/slow_chains.md). Chains of finite length have n^(2/3) (1 − η) larger "
         f"by 2β n^(−1/3), β = {FRONT_LEAD:.4f}, less a term that falls faster; in the table "
         "is the longest chain of each bond beside theory with the first of these. The paper has "
         "0.66 and 2.61 for lj, and says that the two disagree. Its 0.66 is C of lj at no length "
-        "and speed in particular: C is a function of κ v₀ n^(2/3), 1.013 in the limit."
+        "and speed in particular: C is a function of y = κ v₀ n^(2/3)."
     )
 
 
