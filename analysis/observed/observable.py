@@ -57,7 +57,7 @@ class Observable:
     rows: tuple[TextRow, ...] = ()  #: Printed lines that show the observable.
     #: Whether JSON and stores omit the observable if it is None.
     rare: bool = False
-    #: Whether cold chains that differ only in their speed have the same value.
+    #: Whether standard chains (cold, unit masses, hard wall) at other speeds have the same value.
     shared: bool = False
     axis: str | None = None  #: Label of an axis in figures; by default the name.
     name: str = ""

@@ -121,7 +121,6 @@ class MeasuredOutcome:
         "largest overlap of soft bodies at their contact, by the reference engine",
         unit="length",
         rare=True,
-        shared=True,
         run=lambda r: r.outcome.tracked.get("largest_overlap"),
     )
     ending: str = observable(
