@@ -46,7 +46,8 @@ _MEANINGS = {
     "Invalid variable reference": "no earlier `variable` has this name",
     "Invalid syntax in variable formula": "write a power as `^`, and nothing after the formula",
     "Invalid thermo keyword": "write a variable in `$(...)` or in a formula as `v_NAME`",
-    "Expected integer": "write a whole number without a decimal point",
+    "Expected integer": "write a whole number; `run` takes the time divided by the time step",
+    "Illegal timestep command": "write `timestep NUMBER`, without `=`",
 }
 
 
