@@ -158,12 +158,12 @@ def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(chaincor, tm
     assert job.row.columns["tolerance_met"] is False
     # One log is of an older job that was resumed in its second run, and one is of no job.
     lost = [line for line in worse if not line.startswith("contacts = ")]
-    wrong = ["restitution = -7.5", "restitution_error = 0.1", "contacts = 3"]
+    wrong = ["contacts = 3", "restitution = -7.5", "restitution_error = 0.1"]
     for lines, words in (
         (lost, "lacks the contacts of its first run"),
         (wrong, "restitution = -7.5"),
     ):
-        log.write_text("\n".join(lines))
+        log.write_text("\n".join([*lines, ""]))
         (job,) = collect_grid(tmp_path)
         assert job.state == "unfinished"
         assert words in job.words
@@ -198,7 +198,7 @@ def test_a_log_whose_contacts_are_no_count_is_named(chaincor, tmp_path, contacts
     jobs = tmp_path / "jobs"
     assert chaincor("inputs", tmp_path / "grid.toml", "-o", jobs)[0] == 0
     (folder,) = jobs.glob("0001*")
-    log = f"restitution = 1\nrestitution_error = 1e-9\ncontacts = {contacts}\n"
+    log = f"contacts = {contacts}\nrestitution = 1\nrestitution_error = 1e-9\n"
     (folder / "log.lammps").write_text(log)
     status, out, _ = chaincor("collect", jobs, "-o", tmp_path / "results.sqlite")
     assert status == 1

@@ -31,6 +31,7 @@ _NOT_NEGATIVE = ("restitution", "restitution_error", "last_contact_time")
 _RESTORE = "Restore the files of the job, or write the grid anew"
 # Largest difference, from rounding, between two speeds that a log prints with 17 digits.
 _SAME = 1e-9
+_SUBMIT_AGAIN = "Move log.lammps and chain.state away and submit it again"
 # Largest count that both a store and a float represent exactly.
 _MOST_CONTACTS = 2**53
 _WALL_TIME = re.compile(r"^Total wall time: (\d+):(\d+):(\d+)", re.MULTILINE)
@@ -120,7 +121,11 @@ def _collect(grid: Path, row: dict[str, str], known: dict[str, str]) -> Collecte
     result = _last_result(log)
     found = printed_numbers(result, _NAMES)
     if {"restitution", "restitution_error"} <= set(found) and said is None:
-        words = _of_another_run(log, result, as_run, script) or _contradiction(found, asked)
+        words = (
+            _invalid(found)
+            or _of_another_run(log, result, as_run, script)
+            or _contradiction(found, asked)
+        )
         if words is not None:
             return CollectedJob(name, "unfinished", words)
         made = re.search(r"^LAMMPS \(([^)]*)\)", everything, re.MULTILINE)
@@ -160,16 +165,9 @@ def _last_result(log: str) -> str:
     return log[([0, *ends])[-2] : ends[-1]] if ends else ""
 
 
-def _contradiction(found: dict[str, float], asked: Scene) -> str | None:
-    """Return why the numbers in a log form no valid result; None if they do."""
-    if "contacts" not in found:
-        return (
-            "its log lacks the contacts of its first run, because an earlier version of chaincor "
-            "wrote it. Move log.lammps and chain.state away and submit it again"
-        )
-    contacts = found["contacts"]
-    eta, change = found["restitution"], found.get("momentum_change")
-    wrong = None
+def _invalid(found: dict[str, float]) -> str | None:
+    """Return which number in a log cannot be a result; None if all of them can."""
+    contacts, wrong = found.get("contacts", 1.0), None
     if not (1.0 <= contacts <= _MOST_CONTACTS and contacts.is_integer()):
         wrong = f"contacts = {contacts:g}, which is no whole number of 1 or more"
     for name in _NOT_NEGATIVE:
@@ -177,14 +175,28 @@ def _contradiction(found: dict[str, float], asked: Scene) -> str | None:
         unknown = name == "restitution_error" and math.isnan(value)  # The scene wants no error.
         if not (unknown or 0.0 <= value < math.inf):
             wrong = f"{name} = {value:g}, which is no finite number of 0 or more"
-    if wrong is None and change is not None and not asked.line.targets:
-        # Without a target, eta and the momentum change are two forms of one number.
-        after = change / (float(np.sum(asked.line.chain_masses)) * asked.impact_velocity) - 1.0
-        if not abs(math.sqrt(eta) - abs(after)) <= _SAME * max(1.0, abs(after)):
-            wrong = f"restitution = {eta:g}, but its momentum_change gives {after**2:g}"
-    if wrong is None:
+    return None if wrong is None else f"its log says {wrong}. {_SUBMIT_AGAIN}"
+
+
+def _contradiction(found: dict[str, float], asked: Scene) -> str | None:
+    """
+    Return why a log lacks a number, or why its numbers contradict each other; None if they agree.
+
+    Without a target, eta and the momentum change are forms of one number.
+    """
+    if "contacts" not in found:
+        return (
+            "its log lacks the contacts of its first run, because an earlier version of chaincor "
+            f"wrote it. {_SUBMIT_AGAIN}"
+        )
+    eta, change = found["restitution"], found.get("momentum_change")
+    if change is None or asked.line.targets:
         return None
-    return f"its log says {wrong}. Move log.lammps and chain.state away and submit it again"
+    after = change / (asked.line.chain_mass * asked.impact_velocity) - 1.0
+    if abs(math.sqrt(eta) - abs(after)) <= _SAME * max(1.0, abs(after)):
+        return None
+    wrong = f"restitution = {eta:g}, but its momentum_change gives {after**2:g}"
+    return f"its log says {wrong}. {_SUBMIT_AGAIN}"
 
 
 def _of_another_run(log: str, result: str, as_run: Scene, script: str) -> str | None:
@@ -196,7 +208,7 @@ def _of_another_run(log: str, result: str, as_run: Scene, script: str) -> str | 
     if last == as_run.sha256:
         return None
     run = "a run at another velocity or step" if last == "other:" else "another scene"
-    return f"its log is of {run}. Move log.lammps and chain.state away and submit it again"
+    return f"its log is of {run}. {_SUBMIT_AGAIN}"
 
 
 def _shows_script(log: str, script: str) -> bool:
