@@ -28,8 +28,8 @@ TABLE = Path(__file__).with_name("curves.csv")
 FRONT_LEAD = 0.9945645
 
 # Slope h_3(y)/y of the steepest computed fronts, y = 240 and 320, and an assumed bound on the
-# change beyond them. The limit y -> infinity is unknown: all fits of
-# ``benchmarks.slow_chains.limit`` fail at y = 320.
+# change beyond them. The limit y -> infinity is unknown: no fit of
+# ``benchmarks.slow_chains.limit`` describes the fronts up to y = 240 and y = 320.
 STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.375, 0.001
 
 # Largest relative error of the interpolation of h between the points of the table:

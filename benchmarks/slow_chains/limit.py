@@ -6,8 +6,8 @@ Test whether C'(y) = h_3(y)/y of steep fronts can be extrapolated.
 The fits use the minima of ``steep.csv``. The deepest minimum oscillates with y, because it changes
 from wave to wave. The minimum of a polynomial through the losses of neighbouring waves does not
 oscillate and is used instead. The form of the approach is not derived. Forms in y and in
-t = (y/2)^(3/2)/3 are fitted. All fits fail at the steepest front; therefore C' is not
-extrapolated. The modulated start of ``modulated.csv`` checks the step.
+t = (y/2)^(3/2)/3 are fitted. The fits that describe the points fail at y = 320;
+therefore C' is not extrapolated. The modulated start of ``modulated.csv`` checks the step.
 """
 
 from collections.abc import Callable
