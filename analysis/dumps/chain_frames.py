@@ -179,6 +179,11 @@ def _positions(frame: DumpFrame, name: str) -> Array:
     values = frame.column(name)
     low, high = frame.bounds[0]
     if name in SCALED_COLUMNS:
+        if not np.all(np.isfinite((low, high))):
+            raise InputError(
+                f"the frame of step {frame.step} has scaled positions ({name}), but no bounds of "
+                "the box. Dump 'x' or 'xu'"
+            )
         if frame.tilted:
             raise InputError(
                 f"the dump has scaled positions ({name}) in a tilted box. Dump 'x' or 'xu'"

@@ -49,6 +49,9 @@ _RELATIVE_TOLERANCE = 1e-12
 # the contact.
 _PARTICLES_PER_TIME = 3.0
 _MORE_PARTICLES = 30
+# The reintegration of a spoilt frame may need very small steps. It fails if it evaluates the forces
+# more than ten times as often as harmonic chains need.
+_EVALUATIONS, _MORE_EVALUATIONS, _MOST_EVALUATIONS = 400.0, 20_000, 100_000
 
 
 @dataclass(frozen=True)
@@ -229,6 +232,10 @@ def interpolate_contact(before: ChainState, after: ChainState, speed: float) -> 
     return min(ahead, 10.0 * duration), min(since, 10.0 * duration)
 
 
+class _TooManyEvaluationsError(Exception):
+    """A reintegration evaluates the forces too often."""
+
+
 def reintegrate_contacts(
     state: ChainState, end_time: float, bond: Potential, masses: Sequence[Array]
 ) -> tuple[list[float], list[float]]:
@@ -239,7 +246,7 @@ def reintegrate_contacts(
     the chain and of a free target, each from the contact outward.
 
     Returns the times and closing speeds of the contacts; both lists are empty if the integration
-    fails.
+    fails or takes too long.
     """
     from scipy.integrate import solve_ivp
 
@@ -254,7 +261,13 @@ def reintegrate_contacts(
     front = np.array(first)
     contact_mass = 1.0 / float(np.sum(1.0 / m[front]))
 
+    pace = np.sqrt(bond.stiffness / float(np.min(m)))
+    needed = _EVALUATIONS * pace * (end_time - state.time) + _MORE_EVALUATIONS
+    left = iter(range(int(min(needed, _MOST_EVALUATIONS))))
+
     def motion(_time: float, y: Array) -> Array:
+        if next(left, None) is None:
+            raise _TooManyEvaluationsError
         acceleration = np.zeros(count)
         for begin, many in zip(first, counts, strict=True):
             body = slice(begin, begin + many)
@@ -279,16 +292,19 @@ def reintegrate_contacts(
             v[front] += 2.0 * contact_mass * closing / m[front]
         if time >= end_time:
             return times, speeds
-        with np.errstate(all="ignore"):
-            path = solve_ivp(
-                motion,
-                (time, end_time),
-                np.concatenate((u, v)),
-                method="DOP853",
-                rtol=_RELATIVE_TOLERANCE,
-                atol=_RELATIVE_TOLERANCE * size,
-                events=distance,
-            )
+        try:
+            with np.errstate(all="ignore"):
+                path = solve_ivp(
+                    motion,
+                    (time, end_time),
+                    np.concatenate((u, v)),
+                    method="DOP853",
+                    rtol=_RELATIVE_TOLERANCE,
+                    atol=_RELATIVE_TOLERANCE * size,
+                    events=distance,
+                )
+        except _TooManyEvaluationsError:
+            return [], []
         if not path.success:
             return [], []
         u, v = path.y[:count, -1], path.y[count:, -1]

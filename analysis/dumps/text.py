@@ -91,7 +91,7 @@ class TextFrames:
 
     def _read_header(self, stream: IO[bytes]) -> tuple[int, dict[str, Any]] | None:
         """Return the number of particles, and the fields of a frame that its header contains."""
-        said: dict[str, Any] = {"time": None, "bounds": None}
+        said: dict[str, Any] = {"time": None, "bounds": np.full((3, 2), np.nan)}
         line = self._first_line(stream)
         if not line:
             return None
