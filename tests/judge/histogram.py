@@ -69,7 +69,8 @@ def main() -> None:
     rest = ", ".join(f"{count} {verdict}" for verdict, count in sorted(left_out.items()))
     axes.set_title(f"{len(judged)} random scenes; left out: {rest or 'none'}", fontsize=9)
     given.output.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(given.output, metadata={"Description": f"{__doc__}\n{given.files}"})
+    names = ", ".join(file.name for file in given.files)
+    figure.savefig(given.output, metadata={"Description": f"{__doc__}\n{names}"})
     print(given.output)
 
 
