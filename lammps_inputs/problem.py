@@ -92,8 +92,8 @@ class Problem:
         """
         if self.line.cold:
             return 1.0
-        chain = float(self.line.chain_masses.sum())
-        return max(self.start_energy / (0.5 * chain * self.impact_velocity**2), 1.0)
+        translation = 0.5 * self.line.chain_mass * self.impact_velocity**2
+        return max(self.start_energy / translation, 1.0)
 
     @property
     def is_smooth(self) -> bool:
@@ -108,11 +108,11 @@ class Problem:
         The centres of mass approach each other with the velocity v0. The bodies touch before their
         centres of mass would coincide.
         """
-        n, masses = self.particles, self.line.chain_masses
+        n = self.particles
         positions, velocities = initial_state(self.line)
         if positions[0] == 0.0 and velocities[0] < 0.0:
             return 0.0
-        way = float(masses @ positions[:n]) / float(np.sum(masses))
+        way = float(self.line.chain_masses @ positions[:n]) / self.line.chain_mass
         if self.line.targets:
             # For a single particle this distance is zero, apart from rounding.
             targets = self.line.target_masses

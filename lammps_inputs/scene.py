@@ -40,8 +40,8 @@ DEFAULT_SPEED = 0.4  # units of v*
 DEFAULT_HARMONIC_VELOCITY = 0.1
 # Velocities up to this value, and their inverses, are valid for all standard chains.
 _USUAL_VELOCITY = 1e120
-# Properties that are computed once and depend on the speed.
-_OF_SPEED = ("line", "problem", "canonical_fields", "canonical_json", "sha256", "collision_sha256")
+# Properties that are computed once and do not depend on the speed.
+_WITHOUT_SPEED = {"bond", "explicit"}
 
 
 class Scene(SceneFields):
@@ -247,8 +247,8 @@ class Scene(SceneFields):
         if not 1.0 / _USUAL_VELOCITY < velocity < _USUAL_VELOCITY:
             return self.replace(**{key: value})
         known = vars(other)
-        for name in _OF_SPEED:
-            known.pop(name, None)
+        for name in known.keys() - type(self).model_fields.keys() - _WITHOUT_SPEED:
+            del known[name]
         known["problem"] = self.problem.at_velocity(velocity)
         known["line"] = known["problem"].line
         known["canonical_fields"] = self.canonical_fields | {"velocity": velocity}

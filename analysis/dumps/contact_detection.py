@@ -261,8 +261,7 @@ def reintegrate_contacts(
     front = np.array(first)
     contact_mass = 1.0 / float(np.sum(1.0 / m[front]))
 
-    pace = np.sqrt(bond.stiffness / float(np.min(m)))
-    needed = _EVALUATIONS * pace * (end_time - state.time) + _MORE_EVALUATIONS
+    needed = _EVALUATIONS * _rate(bond, m) * (end_time - state.time) + _MORE_EVALUATIONS
     left = iter(range(int(min(needed, _MOST_EVALUATIONS))))
 
     def motion(_time: float, y: Array) -> Array:
@@ -315,11 +314,16 @@ def reintegrate_contacts(
             return times, speeds
 
 
+def _rate(bond: Potential, masses: Array) -> float:
+    """Return the square root of the bond's stiffness divided by the smallest mass."""
+    return float(np.sqrt(bond.stiffness / float(np.min(masses))))
+
+
 def _near(
     body: ChainState, end_time: float, bond: Potential, masses: Array
 ) -> tuple[Array, Array, Array]:
     """Return displacements, velocities and masses of particles that can affect the contact."""
-    pace = _PARTICLES_PER_TIME * np.sqrt(bond.stiffness / float(np.min(masses)))
+    pace = _PARTICLES_PER_TIME * _rate(bond, masses)
     count = int(pace * (end_time - body.time))
     count = min(count + _MORE_PARTICLES, body.velocities.size)
     return body.displacements[:count], body.velocities[:count], masses[:count]

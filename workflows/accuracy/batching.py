@@ -11,12 +11,12 @@ from chaincor.analysis.restitution import centre_of_mass_velocity
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.problem import Problem
-from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import BoundedRun, bounded_run
 from chaincor.workflows.accuracy.fixed_steps import LONGEST_TRUSTED
 from chaincor.workflows.accuracy.plan import Plan, plan
-from chaincor.workflows.accuracy.plans import plans
+from chaincor.workflows.accuracy.plans import plans, shares_work
 from chaincor.workflows.accuracy.step_proof import COARSER, difference, proved_error
 from chaincor.workflows.engines.ending import sound_round_trip
 from chaincor.workflows.engines.outcome import Outcome
@@ -59,11 +59,9 @@ def batch_kind(scene: Scene, planned: Plan | None = None) -> BatchKind | None:
     Batches support cold chains of unit masses at a hard wall, in the reference engine with fixed
     steps, if the tolerance is far above the rounding error.
     """
-    if scene.engine != "reference" or scene.explicit or not scene.line.is_standard:
+    if not shares_work(scene):
         return None
     if not 2 <= scene.particles <= LONGEST_TOGETHER or scene.bond.force_kernel is None:
-        return None
-    if any(key in scene.model_fields_set for key in FILE_KEYS):
         return None
     planned = planned or plan(scene)
     if not planned.regular:

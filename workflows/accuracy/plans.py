@@ -32,11 +32,20 @@ def plans(scenes: Sequence[Scene]) -> list[Plan]:
 
 def _kind(scene: Scene) -> Hashable:
     """Return a key that scenes share if they differ only in their speed; None without a key."""
-    if scene.engine != "reference" or scene.explicit or not scene.line.is_standard:
-        return None
-    if any(key in scene.model_fields_set for key in FILE_KEYS):
+    if not shares_work(scene):
         return None
     return id(scene.bond), scene.particles, scene.tolerance
+
+
+def shares_work(scene: Scene) -> bool:
+    """
+    Return whether a collision can share work with collisions at other speeds.
+
+    It can if a standard chain is solved to a tolerance in the reference engine, without files.
+    """
+    if scene.engine != "reference" or scene.explicit or not scene.line.is_standard:
+        return False
+    return not any(key in scene.model_fields_set for key in FILE_KEYS)
 
 
 def _at_speed(first: Plan, problem: Problem) -> Plan | None:

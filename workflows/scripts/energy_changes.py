@@ -19,11 +19,13 @@ from chaincor.workflows.scripts.varied import Varied
 _KEPT, _COUNTING = ("etotal", "econserve"), "econserve"
 # A cause is confirmed if its removal leaves less than this fraction of the drift.
 _CURED = 0.3
+# These fixes exchange energy to hold a temperature or a pressure.
+_THERMOSTATS = ("nvt", "npt", "nph", "langevin", "temp/", "press/", "rigid/nvt", "rigid/npt",
+                "brownian", "gle", "gld", "viscous", "heat", "ehex", "thermal/")  # fmt: skip
 # These fixes exchange energy with the particles.
-_BATHS = ("nvt", "npt", "nph", "langevin", "temp/", "press/", "deform", "rigid/nvt", "rigid/npt",
-          "brownian", "gle", "gld", "wall/", "move", "addforce", "efield", "indent", "heat", "ehex",
-          "viscous", "setforce", "smd", "thermal/", "aveforce", "nve/limit", "evaporate", "deposit",
-          "pour", "gcmc", "freeze", "drag", "gravity")  # fmt: skip
+_BATHS = (*_THERMOSTATS, "deform", "wall/", "move", "addforce", "efield", "indent", "setforce",
+          "smd", "aveforce", "nve/limit", "evaporate", "deposit", "pour", "gcmc", "freeze", "drag",
+          "gravity")  # fmt: skip
 # A reflecting wall exchanges energy only if it moves.
 _MIRROR = "wall/reflect"
 # econserve counts the energy that these fixes exchange, as measured with LAMMPS of 2025-07-22: with
@@ -31,9 +33,6 @@ _MIRROR = "wall/reflect"
 # the keyword `tally yes`, and no other fix.
 _COUNTED = ("nvt", "npt", "nph", "temp/", "rigid/nvt", "rigid/npt")
 _TALLY = "tally yes"
-# These fixes exchange energy to hold a temperature or a pressure.
-_THERMOSTATS = ("nvt", "npt", "nph", "langevin", "temp/", "press/", "rigid/nvt", "rigid/npt",
-                "brownian", "gle", "gld", "viscous", "heat", "ehex", "thermal/")  # fmt: skip
 _UNSHIFTED = ("lj/cut", "lj96/cut", "morse", "buck", "yukawa", "born", "mie/cut", "lj/expand")
 # If a table has fewer rows, its forces differ visibly from the slope of its energies.
 _FEW_ROWS = 2000
