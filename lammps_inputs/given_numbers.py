@@ -30,6 +30,20 @@ def positive_number_given(name: str, value: Any) -> float:
     return number
 
 
+def numbers_given(name: str, values: Any) -> tuple[float, ...]:
+    """Return a sequence of numbers; raise InputError for any other object and for NaN."""
+    try:
+        given = list(values)
+        # `float` accepts texts and truth values, which are no numbers here.
+        texts = any(isinstance(value, bool | str | bytes) for value in [values, *given])
+        numbers = [math.nan] if texts else [float(value) for value in given]
+    except (TypeError, ValueError, OverflowError):
+        numbers = [math.nan]
+    if any(math.isnan(number) for number in numbers):
+        raise InputError(f"{name} is {shown(values)}. Give a list of numbers")
+    return tuple(numbers)
+
+
 def number_in(word: str) -> float | None:
     """Return the number that a word states; None if the word is not a number."""
     try:

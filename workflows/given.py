@@ -10,6 +10,9 @@ from chaincor.lammps_inputs.given_numbers import whole_number_given
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.versions import cores_allowed
 
+# More processes than this are a slip: no machine has so many cores.
+_MOST_WORKERS = 1_000_000
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -57,7 +60,7 @@ def workers_given(workers: Any) -> int:
     """Return the number of collisions to run at the same time; by default one per core."""
     if workers is None:
         return cores_allowed()
-    return whole_number_given("workers", workers)
+    return whole_number_given("workers", workers, most=_MOST_WORKERS)
 
 
 def _named(value: Any) -> str:

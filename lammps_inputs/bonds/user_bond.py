@@ -17,6 +17,8 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks, refuse_mismatch, scan_strains
 from chaincor.lammps_inputs.bonds.potential import Potential, halve_interval
 from chaincor.lammps_inputs.errors import PotentialError, one_line
+from chaincor.lammps_inputs.given_numbers import numbers_given
+from chaincor.lammps_inputs.given_texts import text_given
 
 # Energy of sound in a chain long after the impact, in units of the energy of two colliding
 # particles. A force is not linear near s = 0 if its secant at this energy differs from U'' by more
@@ -77,7 +79,9 @@ class UserBond(Potential):
         strain_max: float = math.inf,
         kinks: Sequence[float] = (),
     ) -> None:
-        self.name = name
+        self.name = text_given("name", name)
+        strain_min, strain_max = numbers_given("range of strains", (strain_min, strain_max))
+        kinks = numbers_given("kinks", kinks)
         if not strain_min < 0.0 < strain_max:
             raise PotentialError(
                 f"bond '{name}' is given for strains {strain_min:g} to {strain_max:g}. Give a "
@@ -86,10 +90,10 @@ class UserBond(Potential):
         self.strain_min, self.strain_max = strain_min, strain_max
         if not all(strain_min < kink < strain_max for kink in kinks):
             raise PotentialError(
-                f"bond '{name}' has kinks {tuple(kinks)}. Give kinks between {strain_min:g} and "
+                f"bond '{name}' has kinks {kinks}. Give kinks between {strain_min:g} and "
                 f"{strain_max:g}"
             )
-        self._declared = tuple(sorted({float(kink) for kink in kinks}))
+        self._declared = tuple(sorted(set(kinks)))
         self._energy = _of_arrays(energy, f"energy of bond '{name}'")
         self._force = _of_arrays(force, f"force of bond '{name}'")
         self.users_force = force

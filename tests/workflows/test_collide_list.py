@@ -97,6 +97,8 @@ def test_what_cannot_be_is_refused_before_anything_runs(tmp_path):
         collide([twice, twice])
     with pytest.raises(InputError, match="workers is 0"):
         collide(SCENES, workers=0)
+    with pytest.raises(InputError, match="from 1 to 1000000"):
+        collide(SCENES, workers=10**400)
     with pytest.raises(SceneError, match="tolerance is -1"):
         collide(SCENES, -1.0)
     with pytest.raises(CostError):

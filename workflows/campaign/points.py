@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from chaincor.lammps_inputs.errors import PotentialError, SceneError
+from chaincor.lammps_inputs.given_numbers import shown
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import EXCLUDED
 from chaincor.lammps_inputs.scene_parts.scene_file import from_folder
@@ -93,9 +94,9 @@ class Point(NamedTuple):
         try:
             return Scene(**from_folder(fields, self.folder))
         except (PotentialError, SceneError) as error:
-            shown = ", ".join(f"{key} = {self.fields[key]!r}" for key in self.own)
+            values = ", ".join(f"{key} = {shown(self.fields[key])}" for key in self.own)
             raise SceneError(
-                f"point {self.number + 1} ({shown or 'the base scene'}): {error}"
+                f"point {self.number + 1} ({values or 'the base scene'}): {error}"
             ) from None
 
     def speed_and_others(self) -> tuple[str, Hashable]:

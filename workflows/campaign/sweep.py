@@ -6,6 +6,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from chaincor.lammps_inputs.given_numbers import shown
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.into_store import collide_into_store
 from chaincor.workflows.campaign.points import (
@@ -103,5 +104,7 @@ def _listed(name: str, axis: Any) -> list[Any]:
     if hasattr(axis, "tolist"):
         axis = axis.tolist()
     if isinstance(axis, str | bytes | dict) or not isinstance(axis, Iterable):
-        raise SweepError(f"axis '{name}' is {axis!r}. Give a list of values: {name}=[{axis!r}]")
+        raise SweepError(
+            f"axis '{name}' is {shown(axis)}. Give a list of values: {name}=[{shown(axis)}]"
+        )
     return list(axis)

@@ -9,6 +9,7 @@ from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_numbers import shown
 from chaincor.workflows.engines.ending import argue_end
 
 
@@ -71,7 +72,7 @@ def analyze(
     (0.9071, 9)
     """
     if not isinstance(folder, str | os.PathLike):
-        raise InputError(f"{folder!r} is not a folder. Give the folder of a LAMMPS job")
+        raise InputError(f"{shown(folder)} is not a folder. Give the folder of a LAMMPS job")
     return analyze_folder(
         folder,
         data=data,

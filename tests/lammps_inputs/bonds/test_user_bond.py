@@ -8,7 +8,7 @@ import pytest
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Toda
 from chaincor.lammps_inputs.bonds.power_bond import Power
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
-from chaincor.lammps_inputs.errors import PotentialError
+from chaincor.lammps_inputs.errors import InputError, PotentialError
 
 
 def bent(stiffness, strain, **options):
@@ -194,3 +194,20 @@ def test_a_force_of_the_wrong_sign_is_called_that(energy, force):
     half = lambda s: np.where(s < 0.0, -force(s), force(s))  # noqa: E731
     with pytest.raises(PotentialError, match="has the wrong sign near strain"):
         UserBond(energy, half, name="mine", strain_min=-0.5, strain_max=2.0, kinks=(0.0,))
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"kinks": 5}, "kinks is 5. Give a list of numbers"),
+        ({"kinks": ["a"]}, r"kinks is \['a'\]. Give a list of numbers"),
+        ({"kinks": np.array(0.1)}, "Give a list of numbers"),
+        ({"strain_min": "a"}, r"range of strains is \('a', inf\)"),
+        ({"strain_max": True}, "Give a list of numbers"),
+        ({"strain_max": 10**400}, "Give a list of numbers"),
+        ({"name": 3}, "name is 3. Give a text"),
+    ],
+)
+def test_arguments_of_other_types_are_refused_by_name(given, message):
+    with pytest.raises(InputError, match=message):
+        UserBond(lambda s: s * s / 2, lambda s: -s, **given)

@@ -68,6 +68,9 @@ def test_a_collision_that_fails_is_a_row_that_says_why():
         (BASE, {"speed": 0.1}, SweepError, r"Give a list of values: speed=\[0.1\]"),
         (BASE, {"potential": "lj"}, SweepError, r"Give a list of values: potential=\['lj'\]"),
         (BASE, {"speed": []}, SweepError, "axis 'speed' is"),
+        # Python writes no number of more than 4300 digits.
+        (BASE, {"speed": 10**5000}, SweepError, "axis 'speed' is an object of type int"),
+        (BASE, {"speed": [10**5000]}, SceneError, "speed = an object of type int"),
         (BASE, {"speed": [0.1, -1.0]}, SceneError, "speed is -1.0"),
         (BASE, {"arrays": ["a.npz"]}, SweepError, "'arrays' in a sweep would write"),
         (BASE, {"arrays": "a.npz"}, SweepError, "'arrays' in a sweep would write"),
