@@ -1,5 +1,5 @@
 """
-Fit powers of the time step to a quantity, to find its order, or a bound from several orders.
+Fit powers of the time step to a quantity, to find the order of its error or a bound of its error.
 
 The package defines ladders and rungs.
 """

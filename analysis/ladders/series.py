@@ -15,7 +15,8 @@ _LEAST_SAMPLES = 50
 _THREE_SIGMA = 0.99865
 # An error bar longer than this many standard deviations of the series has no meaning.
 _LONGEST_BAR = 1.5
-# If the von Neumann ratio of a series times its length has this value, the error bar is doubled. A
+# The error bar is doubled if the length of a series times its von Neumann ratio is equal to this
+# value. A
 # random walk has values of 6 to 10. According to `benchmarks.bars.series`, the true mean is then
 # within three error bars in 95 of 100 series, even if the correlation time is 100 samples.
 _WALKS = 35.0

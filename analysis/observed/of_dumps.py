@@ -15,7 +15,7 @@ def energy_of_all(analysis: "CollisionAnalysis", name: str) -> float | None:
 
 
 def body_line(analysis: "CollisionAnalysis", owner: str) -> str | None:
-    """Return the line about a body of a dump; None if eta determines the line."""
+    """Return the printed line about a body of a dump; None if the line would only repeat eta."""
     if (analysis.target is None and not analysis.soft) or owner not in analysis.bodies:
         return None
     body = analysis.bodies[owner]

@@ -46,7 +46,7 @@ _U = np.exp(_Z)
 _RATES = 2j - _U
 _WEIGHTS = -0.3 * _U**1.5 * np.sqrt(4j - _U) / (math.pi * _RATES)
 # The interval between steady contacts is 2.1 to 2.5, and up to 3.2 if the push decreases. Between
-# two contacts x rises and falls once, and is sampled at these times.
+# two contacts x rises and falls once. x is sampled at the times _ARCH after a contact.
 _ARCH = np.arange(1.0, 3.6, 0.25)
 _TURNS = np.exp(_ARCH[:, None] * _RATES)
 # After this number of contacts, two intervals predict the next one.

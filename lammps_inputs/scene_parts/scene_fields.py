@@ -154,14 +154,14 @@ class NumericsKeys(BaseModel):
     scheme: Scheme | None = Field(
         default=None,
         description="integration method: Verlet steps, or steps of order 4, 6 or 8, which are "
-        "composed of 5, 9 or 17 Verlet steps [default: chosen for the tolerance. If you give "
-        "other numerics: order6, or verlet with wall reflect]",
+        "composed of 5, 9 or 17 Verlet steps [default: chosen for the tolerance; if you give "
+        "timestep, table or wall: order6, or verlet with wall reflect]",
     )
     timestep: PositiveNumber | None = Field(
         default=None,
         description="time step H; for a composed scheme, the length of the whole step [default: "
-        "chosen for the tolerance. If you give other numerics: 0.0125, 0.05, 0.1 or 0.2 for the "
-        "four schemes, or 0.005 with wall reflect]",
+        "chosen for the tolerance; if you give scheme, table or wall: 0.0125, 0.05, 0.1 or 0.2 "
+        "for the four schemes, or 0.005 with wall reflect]",
     )
     table: TableStyle | None = Field(
         default=None,

@@ -37,7 +37,7 @@ _SCHEMES: dict[StepSchemeName, float] = measured("reference_schemes")
 # This scheme amplifies rounding errors least. Long chains use it for any target error, because
 # their grazing contacts depend on the last digit. The choice affects only the cost.
 _PLAINEST: StepSchemeName = "srkn14"
-# If bodies need more attempts than this, they amplify errors more than usual.
+# Bodies amplify errors more than usual if the step had to be reduced more often than this.
 _USUAL_TRIES = 3
 # Chains of more particles are not solved in batches. If they need smaller steps than usual, their
 # rounding sensitivity is measured.
@@ -147,7 +147,7 @@ def _solve_with_scheme(
 
 def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
     """
-    Return an outcome whose end is open if other outcomes disagree about late contacts.
+    Return the outcome; declare its end open if the other outcomes have other late contacts.
 
     The other outcomes are runs of the same collision at other steps.
     """

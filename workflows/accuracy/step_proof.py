@@ -1,5 +1,5 @@
 r"""
-Prove the error due to a step h by runs of the same collision at two larger steps.
+Prove a bound of the error due to a step h by runs of the same collision at two larger steps.
 
 If the error is proportional to the power q of the step, eta at 1.3 h differs from eta at h by
 :math:`1.3^q - 1` times the error. This difference exceeds the error if q is larger than :math:`\ln

@@ -213,7 +213,7 @@ class WarmSolver:
         return fine, eta, errors
 
     def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:
-        """Return whether a late contact is possible after an unproved end."""
+        """Return whether another contact is possible after the end of each run."""
         # The time between two contacts exceeded the sound round trip after which an end is argued.
         return np.asarray((runs.longest_silences > self._quiet) & ~runs.proved)
 

@@ -88,7 +88,7 @@ def merged(*parts: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def fields_of(axis: Axis) -> list[str]:
-    """Return the fields that values of an axis set, each once, in the order of their first use."""
+    """Return the fields that an axis sets, without repetition, in the order of their first use."""
     if isinstance(axis, ValuesAxis):
         return [axis.name]
     return list(dict.fromkeys(key for entry in axis for key in entry))

@@ -108,8 +108,8 @@ class DaskCluster(Executor):
                 )
             if version != own:
                 raise SchedulerError(
-                    f"the worker {worker} has chaincor {version}, and this sweep {own}. Install "
-                    "one version on all machines"
+                    f"the worker {worker} runs chaincor {version}, but this sweep runs {own}. "
+                    "Install one version on all machines"
                 )
 
     def in_flight(self) -> int:

@@ -110,7 +110,10 @@ def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None
     _refuse_outputs(scene)
     first = seed_of(scene)
     if first + samples - 1 > LARGEST_SEED:
-        raise InputError(f"seed is {first} and samples {samples}. Give seeds up to {LARGEST_SEED}")
+        raise InputError(
+            f"{samples} samples from seed {first} exceed the largest seed, {LARGEST_SEED}. Give a "
+            "smaller seed"
+        )
     seeds = range(first, first + samples)
     each = np.full(samples, scene.impact_velocity)
     if velocities is not None:

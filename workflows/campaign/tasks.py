@@ -130,7 +130,7 @@ def turn(task: Task) -> tuple[bool, int]:
 
 
 def _similar(asked: Sequence[CollisionRequest], seconds: float) -> list[Task]:
-    """Divide single collisions into tasks of at most some seconds, or of one long collision."""
+    """Divide collisions into tasks of at most `seconds`; a longer collision is its own task."""
     tasks: list[Task] = []
     room = 0.0
     for each in asked:

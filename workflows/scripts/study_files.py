@@ -143,7 +143,7 @@ def _number_dict(study: ScriptStudy, each: ScriptLadder, answer: NumberAnswer) -
 
 
 def _compared(comparisons: tuple[PartingComparison, ...]) -> list[dict[str, Any]]:
-    """Convert the quantities of compared runs, with the keys of a ladder's quantities."""
+    """Return a dictionary for each compared quantity, with the keys of a ladder's quantity."""
     words = {True: "agrees", False: "differs", None: "cannot tell"}
     return [
         {

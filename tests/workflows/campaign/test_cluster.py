@@ -186,7 +186,7 @@ def test_a_worker_of_another_version_is_named(monkeypatch):
     monkeypatch.setattr("chaincor.workflows.campaign.cluster.version_of", lambda _: "9.9")
     with (
         dask_cluster(workers=1) as processes,
-        pytest.raises(SchedulerError, match=r"has chaincor [\d.]+, and this sweep 9\.9"),
+        pytest.raises(SchedulerError, match=r"runs chaincor [\d.]+, but this sweep runs 9\.9"),
     ):
         DaskCluster(processes.address)
 

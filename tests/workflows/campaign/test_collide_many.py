@@ -234,7 +234,7 @@ def test_no_memory_costs_the_sample_that_met_it(monkeypatch):
         (WARM, None, "samples is None"),
         (WARM, True, "samples is True"),
         (WARM, 0, "samples is 0"),
-        (WARM.replace(seed=2**63 - 3), 4, "Give seeds up to"),
+        (WARM.replace(seed=2**63 - 3), 4, "exceed the largest seed, 9223372036854775807"),
         (WARM.replace(arrays="a.npz"), 4, "arrays is given"),
         ([WARM], 4, "samples needs one scene"),
         ([], None, "no scenes"),

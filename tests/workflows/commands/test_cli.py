@@ -127,7 +127,7 @@ def test_help_of_run_has_groups_defaults_and_examples(chaincor):
     assert out.count("--particles N") == 1
     plain = " ".join(out.split())
     assert "fix wall/reflect [default: event]" in plain
-    assert "[default: chosen for the tolerance. If you give other numerics: order6" in plain
+    assert "chosen for the tolerance; if you give timestep, table or wall: order6" in plain
     _, out, _ = chaincor("run", "--help")
     assert "\n    chaincor run --potential harmonic --particles 20" in out
 

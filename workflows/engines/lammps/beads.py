@@ -24,8 +24,8 @@ from chaincor.workflows.engines.reference.finish import unfinished_error
 from chaincor.workflows.errors import CrossingError, LostAtomsError
 
 # _LOOK is the interval between checks for the end of the collision. The motion of n beads is
-# followed for n + 10 times _FOLLOWED. The unit of time is the time in which two colliding beads
-# stop each other.
+# followed for the time (n + 10) * _FOLLOWED. The unit of time is the time in which two
+# colliding beads stop each other.
 _LOOK, _FOLLOWED = 0.3, 1000.0
 
 

@@ -87,7 +87,7 @@ def time_after_last_contact(problem: Problem) -> float:
 
 
 def expected_end(outcome: Outcome) -> ExpectedEnd:
-    """Return the data about the end of a collision with which a script repeats the collision."""
+    """Return the end of a collision, at which a script that repeats the collision must also end."""
     times = outcome.contact_times
     last, kind = float(times[-1]), outcome.ending.kind
     return ExpectedEnd(last, len(times), kind, outcome.lasted, outcome.bond_min)

@@ -31,8 +31,8 @@ from chaincor.workflows.errors import TimestepError, UnfinishedCollisionError
 # but at least the error _FINEST_LOCAL.
 _LOCAL_SHARE = 0.03
 _FINEST_LOCAL = 1e-15
-# _FIRST_STEP is the length of the first step. The motion of n beads is followed for n + 10 times
-# _FOLLOWED. The unit of time is the time in which two colliding beads stop each other.
+# _FIRST_STEP is the length of the first step. The motion of n beads is followed for the time (n +
+# 10) * _FOLLOWED. The unit of time is the time in which two colliding beads stop each other.
 _FIRST_STEP, _FOLLOWED = 0.01, 1000.0
 # Snapshots continue for this time after the end, in the same unit.
 _SHOWN = 5.0

@@ -2,11 +2,11 @@ r"""
 Build the contact events at which the stepping loops end a substep.
 
 Hard bodies exchange the momentum :math:`2 \mu w` if their gap closes with the speed w; a rigid wall
-reverses the velocity of particle 1. Soft bodies overlap for a while. A step is shortened to end at
-each of two events, at which the bodies touch or part, because the force is not smooth at these
-events. Near an event, the force grows as a power of the time. If this power is not an integer, no
-scheme reaches its order. Substeps near an event are therefore no longer than the time between them
-and the event, but at least a small fraction of the step.
+reverses the velocity of particle 1. Soft bodies overlap for a while. The force is not smooth when
+the bodies touch and when they part. A step that contains such an event is therefore shortened to
+end at it. Near an event, the force grows as a power of the time. If this power is not an integer,
+no scheme reaches its order. Substeps near an event are therefore no longer than the time between
+them and the event, but at least a small fraction of the step.
 """
 
 from collections.abc import Callable

@@ -26,8 +26,8 @@ _LAW_FROM = 100
 # Fits over these ranges show how the result depends on the range.
 _RANGES = ((30, 300), (100, 1000), (200, 2000), (500, 20000), (1000, 20000))
 _PREFACTOR_RANGES = ((100, 1000), (1000.5, 3000), (3000.5, 20000))
-# Eta scatters with the phase of the last contacts, so results for this many lengths within 6 % are
-# averaged.
+# Eta scatters with the phase of the last contacts. Each point is therefore an average over this
+# many lengths, from 6 % below to 6 % above the nominal length.
 _PHASES = 7
 _PARTS = np.linspace(0.94, 1.06, _PHASES)
 
