@@ -88,7 +88,7 @@ _WRITTEN_BY_RUNS = ("log.lammps", DUMP_FILE)
 
 
 def sign_job(folder: Path) -> None:
-    """Record the digests of all files in the scene file of a saved job, to detect edits."""
+    """Write the digests of the files of a saved job into its scene file, to detect later edits."""
     scene = folder / SCENE_FILE
     if not scene.exists():
         return

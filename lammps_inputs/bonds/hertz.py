@@ -80,7 +80,7 @@ class Hertz(NamedBond):
     kinks: ClassVar = (0.0,)
 
     def __post_init__(self) -> None:
-        """Refuse exponents with a stiffness at zero overlap, and exponents that overflow."""
+        """Refuse exponents that overflow or give a contact without overlap a stiffness."""
         if not 1.0 < self.exponent <= LARGEST_EXPONENT:
             raise PotentialError(
                 f"hertz_exponent is {self.exponent!r}. Give a number above 1, up to "

@@ -24,9 +24,9 @@ from chaincor.lammps_inputs.given_texts import text_given
 # particles. A force is not linear near s = 0 if its secant at this energy differs from U'' by more
 # than the factor `_FAR`.
 _SOUND_SHARE, _FAR = 1e-4, 10.0
-# A bond has a barrier if U falls from its maximum to the strain _FAR_OUT. The fall must exceed
-# _LOWER times the maximum, and _LOWEST times the stiffness. _BARRIERS are the smallest strain,
-# the largest strain and the number of strains of the search.
+# A bond has a barrier if U at the strain _FAR_OUT is lower than the maximum of U. The difference
+# must exceed _LOWER times the maximum, and _LOWEST times the stiffness. _BARRIERS are the smallest
+# strain, the largest strain and the number of strains of the search.
 _FAR_OUT, _LOWER, _LOWEST = 1e6, 1e-5, 1e-12
 _BARRIERS = (1e-4, 1e3, 4000)
 

@@ -25,7 +25,7 @@ RENDERING: dict[str, Any] = {
 _BASE = "job.in.j2"
 # Largest number of rounds in all loops and macros of a template. Nested loops could run for days.
 _MOST_ROUNDS = 200_000
-# Statement in a template whose commands exert forces.
+# Statement that says that the commands of the template exert forces.
 _OTHER_FORCES = re.compile(r"\{%-?\s*set\s+other_forces\s*=\s*true\s*-?%\}")
 _REPORT = re.compile(r"\{%-?\s*block\s+report\b")
 _EXTENDS = re.compile(r"\{%-?\s*extends\b")

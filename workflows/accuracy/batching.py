@@ -38,8 +38,8 @@ TOGETHER_SHARE = 0.3
 _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 
 
-# The collisions of a batch have the same bond object, number of particles and scheme; equal named
-# bonds are one object.
+# The collisions of a batch share the bond object, the number of particles and the scheme. Bonds
+# with equal names and parameters are the same object.
 BatchKind = tuple[int, int, StepSchemeName]
 
 

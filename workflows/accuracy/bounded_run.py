@@ -146,8 +146,8 @@ def ending_error(outcome: Outcome) -> float:
     Return the largest change of eta that possible later contacts could cause.
 
     The change is :math:`(2 \bar v + w) w/v_0^2`, where :math:`\bar v` is the mean velocity and w is
-    the largest change of the mean velocity due to later contacts. It is zero if the end is proved
-    or argued.
+    the largest change of the mean velocity due to later contacts. The change is zero if the end of
+    the collision is classified as proved or argued.
     """
     if outcome.ending.missed_momentum == 0.0:
         return 0.0

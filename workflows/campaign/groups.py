@@ -81,8 +81,8 @@ def group_scenes(
     for name, value in (("samples", samples), ("velocities", velocities)):
         if value is not None:
             raise InputError(
-                f"{name} needs one scene, for which seeds are drawn. Give a scene, or a list of "
-                f"scenes without {name}"
+                f"{name} needs one scene, for which seeds are drawn. Give one scene "
+                f"instead of a list, or omit {name}"
             )
     chosen = scenes_given(scenes)
     if not chosen:

@@ -169,7 +169,8 @@ class IntoStore:
         """Yield tasks, and None while workers still prepare the points of the next window."""
         yield from _in_turn(self._first, parts, seconds)
         preparing: deque[tuple[list[Point], list[Future]]] = deque()
-        # While one window is computed, other windows are prepared. A window takes up to two tasks.
+        # While one window is computed, other windows are prepared. Preparing a window takes up to
+        # two tasks.
         most = min(2 + parts // 4, _MOST_PREPARED)
         while True:
             while len(preparing) < most and (points := next(self._windows, None)):

@@ -43,8 +43,8 @@ EVAPORATING = 400
 # time that sound takes through one bond.
 EARLY = 100.0
 
-# A plane divides the distance and the relative speed of two bodies. Each body gets at least this
-# share of both quantities.
+# A moving plane lies between two bodies. Each body has at least this share of the distance, and of
+# the relative speed, between the two.
 _LEAST_SHARE = 0.05
 
 LOOKS_PER_CROSSING = 10.0

@@ -65,7 +65,7 @@ class Fragments:
 
     @property
     def lever(self) -> Lever:
-        """Lever of particle 1 in the first fragment."""
+        """Weights with which bond strains of the first fragment displace particle 1."""
         return self.levers[0][0]
 
 

@@ -25,8 +25,8 @@ from chaincor.workflows.result import Collision
 _USUAL_STEP = 0.4
 _ROUNDING = 1e-12
 
-# The reference run has this fraction of the tolerance, so that its error does not limit the
-# comparison.
+# The tolerance of the reference run is the requested tolerance times this factor, so that the error
+# of the reference run does not limit the comparison.
 SHARPER = 0.1
 SHARPEST = 1e-11
 

@@ -231,8 +231,8 @@ def _unsure_end(table: BondTable, numerics: Numerics) -> float:
 def _is_impossible(problem: Problem, length: float) -> bool:
     """Return whether a bond of this length needs more energy than the chain had at impact."""
     energy = problem.start_energy
-    # Two bounds: one bond has all the energy, or two particles have all the energy and separate for
-    # the longest time.
+    # The bond is longest if it holds all the energy, or if its two particles have all the energy
+    # and separate during the whole collision.
     speed = 2.0 * (energy / problem.line.lightest) ** 0.5
     longest = 1.0 + speed * longest_collision(problem.longest_body, problem.slow_stiffness, np.inf)
     if length > longest:

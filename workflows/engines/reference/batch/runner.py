@@ -90,8 +90,8 @@ class Batch:
         started = time.perf_counter()
         n, bond, interval = self.particles, self._bond, 1.0 / self._stiffness**0.5
         bounds = self._bounds_of(float(np.max(group.rows.energies)))
-        # The centre of mass approaches the wall; therefore a contact comes, and no end is searched
-        # for before.
+        # The centre of mass approaches the wall, so a contact must come. The search for the end
+        # begins only after this time.
         approach = 1.5 * group.arrival() + 2.0 * interval
         group.follow_until(approach)
         watches: dict[int, EndWatch] = {}
