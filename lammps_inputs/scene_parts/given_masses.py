@@ -33,7 +33,7 @@ def read_masses(value: Any) -> Any:
         words = read_small_file(Path(value)).replace(",", " ").split()
     except (OSError, ValueError) as error:
         raise ValueError(
-            f"expected {_MASSES}. No file of this name can be read: {why_unreadable(error)}"
+            f"expected {_MASSES}. The file of this name cannot be read: {why_unreadable(error)}"
         ) from None
     if not words:
         raise ValueError(f"the file is empty. Give {_MASSES}")

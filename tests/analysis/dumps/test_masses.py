@@ -133,10 +133,10 @@ def test_masses_given_must_not_contradict_those_known(job, chaincor):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ("1,x", "such as 1,2, or a file of numbers. No file of this name can be read"),
+        ("1,x", "such as 1,2, or a file of numbers. The file of this name cannot be read"),
         ("1,-2", "a mass is -2"),
         ("1,inf", "a mass is inf"),
-        ("", "such as 1,2, or a file of numbers. No file of this name can be read"),
+        ("", "such as 1,2, or a file of numbers. The file of this name cannot be read"),
         (",".join(["1"] * 21), "21 masses are given for 20 particles"),
     ],
 )
