@@ -1,4 +1,8 @@
-"""Estimate the distribution of a quantity from samples with numerical error bars."""
+"""
+Estimate mean, quantiles and probabilities of a quantity from samples.
+
+Each sample has a numerical error bar, and each estimate a statistical interval.
+"""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,8 @@
-"""Analysis of a collision from the frames of a dump, in one pass and constant memory."""
+"""
+Analyse a collision from the frames of a dump, in one pass and constant memory.
+
+The caller is `job_analysis.py`, which finds the files of the job.
+"""
 
 from collections.abc import Callable, Iterable, Sequence
 

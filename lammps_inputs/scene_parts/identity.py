@@ -1,4 +1,9 @@
-"""Identity of scenes: the canonical form of their fields, and a hash of this form."""
+"""
+Give the fields of a scene as plain values, and their hash.
+
+The fields have three forms: canonical (for hashes and keys of stores), as given (for TOML files)
+and as shown (for `repr`).
+"""
 
 import hashlib
 import json

@@ -346,6 +346,68 @@ def test_hash_follows_meaning_not_spelling():
     assert len({scene.sha256 for scene in [base, *other]}) == len(other) + 1
 
 
+@pytest.mark.slow
+def test_each_key_of_physics_and_numerics_changes_the_hash(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("one.csv").write_text("strain,velocity\n0.01,-0.1\n0,-0.1\n")
+    Path("two.csv").write_text("strain,velocity\n0.02,-0.1\n0,-0.1\n")
+    for name, stiffness in (("one", 1.0), ("two", 2.0)):
+        strains = np.linspace(-0.5, 0.5, 21)
+        rows = [
+            f"{k} {1 + s:.17g} {stiffness * s * s / 2:.17g} {-stiffness * s:.17g}\n"
+            for k, s in enumerate(strains, 1)
+        ]
+        Path(f"{name}.table").write_text("T\nN 21\n\n" + "".join(rows))
+    cold = {"potential": "lj", "particles": 2, "velocity": 0.1}
+    table = {**cold, "potential": "table", "bond_file": "one.table"}
+    power = {**cold, "potential": "power", "power_order": 4, "power_c": 1.0}
+    formula = {**cold, "potential": "formula", "energy": "s^2/2+c*s^4", "parameters": {"c": 1.0}}
+    hertz = {**cold, "potential": "hertz", "engine": "reference", "damping": 0.1}
+    soft = {**cold, "contact": "power", "contact_stiffness": 1.0}
+    steps = {**cold, "scheme": "verlet", "timestep": 0.01, "table_points": 100}
+    # For each key: the fields of a scene, and a value of the key that is not the default.
+    others = {
+        "potential": (cold, "harmonic"),
+        "toda_b": ({**cold, "potential": "toda"}, 9.0),
+        "morse_a": ({**cold, "potential": "morse"}, 9.0),
+        "power_order": (power, 6),
+        "power_c": (power, 2.0),
+        "hertz_exponent": (hertz, 2.0),
+        "damping": (hertz, 0.2),
+        "damping_law": (hertz, "dashpot"),
+        "bond_file": (table, "two.table"),
+        "energy": (formula, "s^2/2+c*s^6"),
+        "parameters": (formula, {"c": 2.0}),
+        "particles": (cold, 3),
+        "masses": ({**cold, "masses": (1.0, 3.0)}, (1.0, 2.0)),
+        "diameters": ({**hertz, "diameters": (1.0, 3.0)}, (1.0, 2.0)),
+        "target_particles": ({**cold, "target_particles": 3}, 2),
+        "target_masses": ({**cold, "target_particles": 2, "target_masses": (1.0, 3.0)}, (1.0, 2.0)),
+        "contact": (hertz, "hard"),
+        "contact_stiffness": (soft, 2.0),
+        "contact_exponent": (soft, 2.0),
+        "initial": ({**cold, "velocity": None, "initial": "one.csv"}, "two.csv"),
+        "compression": ({**cold, "compression": 0.02}, 0.01),
+        "temperature": ({**cold, "temperature": 1e-6}, 1e-5),
+        "seed": ({**cold, "temperature": 1e-5}, 2),
+        "speed": ({**cold, "velocity": None}, 0.3),
+        "velocity": (cold, 0.2),
+        "engine": (cold, "reference"),
+        "tolerance": (cold, 1e-7),
+        "wall": (steps, "reflect"),
+        "scheme": (steps, "order4"),
+        "timestep": (steps, 0.02),
+        "table": (steps, "linear"),
+        "table_points": (steps, 200),
+        "error": (steps, False),
+    }
+    outputs = {"dump", "dump_frames", "save", "arrays"}
+    assert set(others) == set(Scene.model_fields) - outputs
+    for key, (fields, value) in others.items():
+        given = {name: each for name, each in fields.items() if each is not None}
+        assert Scene(**given).sha256 != Scene(**{**given, key: value}).sha256, key
+
+
 _HASHES = """
 import numpy as np
 from chaincor.lammps_inputs.scene import Scene

@@ -1,4 +1,9 @@
-"""Divide collisions into tasks for workers that take about a second each."""
+"""
+Describe requested collisions, and divide them into tasks of about a second.
+
+Each request has its expected time, its kind of batch and its key in the store. Sweeps, lists of
+scenes, warm samples and forecasts use these tasks.
+"""
 
 import math
 from collections import Counter

@@ -1,4 +1,9 @@
-"""Read how the runs of a study differ: the ladder, the runs per rung, or a comparison."""
+"""
+Define how the runs of a `timestep` study differ.
+
+The options are read into a ladder, runs per rung or a comparison, which give the change of each
+run.
+"""
 
 import random
 import re

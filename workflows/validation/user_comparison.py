@@ -1,4 +1,9 @@
-"""Compare a user's integrator with the reference engine, and fit its convergence order."""
+"""
+Judge a user's integrator for the command `validate`.
+
+One result is compared with the reference engine (`--against`), or results at halved steps give the
+order of convergence (`--ladder`).
+"""
 
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,4 +1,4 @@
-"""Define the exercises of lesson 1: coefficients of restitution."""
+"""Define answers and usual mistakes of lesson 1: coefficients of restitution."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Define the exercises of lesson 2: forces, slopes and rows of a table."""
+"""Define answers and usual mistakes of lesson 2: forces, slopes and rows of a table."""
 
 from collections.abc import Callable
 from functools import cache

@@ -1,4 +1,4 @@
-"""Define the exercises of lesson 3: orders of error, time of an impact, error bars of two runs."""
+"""Define answers and usual mistakes of lesson 3: orders of error, impacts, error bars."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Define the exercises of lesson 4: frequencies, shapes and energies of the modes."""
+"""Define answers and usual mistakes of lesson 4: frequencies, shapes and energies of the modes."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Define the exercises of lesson 5: the unit of speed v*."""
+"""Define answers and usual mistakes of lesson 5: the unit of speed v*."""
 
 import numpy as np
 

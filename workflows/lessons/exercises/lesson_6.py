@@ -1,4 +1,4 @@
-"""Define the exercises of lesson 6: forces of a chain, contacts, and orders of convergence."""
+"""Define answers and usual mistakes of lesson 6: forces, contacts, orders of convergence."""
 
 import numpy as np
 

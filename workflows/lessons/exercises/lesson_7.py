@@ -1,4 +1,4 @@
-"""Define the exercises of lesson 7: sweeps, their cost and their contents."""
+"""Define answers and usual mistakes of lesson 7: sweeps, their cost and their stores."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Define the exercises of lesson 8: limits, their exponents, and last digits."""
+"""Define answers and usual mistakes of lesson 8: limits, their exponents, and last digits."""
 
 import numpy as np
 
