@@ -21,6 +21,11 @@ from chaincor.lammps_inputs.contacts.hard import HARD
 # few scenes that were examined, 0.01 was small enough. The scenes are too few for a general
 # statement, and a smaller number was chosen.
 _ALIKE = 1e-6
+# Cached properties that lines of a cold chain at different velocities share.
+_WITHOUT_SPEED = (
+    *("unit", "at_wall", "is_standard", "has_equal_masses", "rigid", "inverse_masses"),
+    *("contact_mass", "chain_mass", "reduced_mass", "lightest", "mean_mass", "heaviest_pair"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,6 +182,8 @@ class Line:
         velocities[self.first :] = -velocity
         if not self.cold:
             return replace(self, velocities=velocities)
+        for name in _WITHOUT_SPEED:
+            getattr(self, name)  # computed once for all velocities
         other = object.__new__(Line)
         # Only the largest speed of a cold chain depends on its velocity.
         vars(other).update(vars(self), velocities=velocities)

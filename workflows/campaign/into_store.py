@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.carry_out import (
+    SOONER_HERE,
     TASKS_PER_WORKER,
     CollisionRequest,
     Done,
+    SerialExecutor,
     Task,
     carry_out,
 )
@@ -156,6 +158,11 @@ class IntoStore:
         with ProcessPool(workers) as pool:
             return self.run(pool, in_flight=TASKS_PER_WORKER * workers, progress=progress)
 
+    @property
+    def is_short(self) -> bool:
+        """Whether the missing collisions take less time than the start of new processes."""
+        return self._expected()[1] < SOONER_HERE
+
     def _expected(self) -> tuple[int, float]:
         """Return the number of collisions and their expected total time, in seconds."""
         if self._cells is None or len(self._cells) <= WINDOW:
@@ -253,15 +260,38 @@ def collide_into_store(
     See :func:`chaincor.workflows.collision.collide`.
     """
     with nullcontext(store) if isinstance(store, Store) else Store(store) as opened:
-        into = IntoStore(opened, scenes, arrays=arrays)
-        if into.todo and executor is not None:
-            with tasks_to(executor, workers) as (given, in_flight):
-                into.run(given, in_flight=in_flight, progress=progress)
-        elif into.todo:
-            into.run_by_processes(workers_given(workers), progress)
-        rows = [opened.find(scene, arrays=arrays) for scene in scenes]
+        store_missing(
+            scenes, opened, workers=workers, executor=executor, arrays=arrays, progress=progress
+        )
+        rows = opened.find_all(scenes, arrays=arrays)
     assert all(row is not None for row in rows)
     return [row for row in rows if row is not None]
+
+
+def store_missing(
+    scenes: Sequence[Scene],
+    store: Store,
+    *,
+    workers: int | None = None,
+    executor: "Executor | Client | None" = None,
+    arrays: bool = False,
+    progress: bool = True,
+) -> None:
+    """
+    Compute the collisions that a store lacks, as :func:`collide_into_store`, without reading rows.
+
+    Short sweeps by the reference engine run in this process, because new processes start slowly.
+    """
+    into = IntoStore(store, scenes, arrays=arrays)
+    if not into.todo:
+        return
+    if executor is not None:
+        with tasks_to(executor, workers) as (given, in_flight):
+            into.run(given, in_flight=in_flight, progress=progress)
+    elif into.is_short and all(scene.engine == "reference" for scene in scenes):
+        into.run(SerialExecutor(), in_flight=1, progress=progress)
+    else:
+        into.run_by_processes(workers_given(workers), progress)
 
 
 def _in_turn(asked: Sequence[CollisionRequest], parts: int, seconds: float) -> list[Task]:

@@ -3,16 +3,18 @@
 import tempfile
 from collections.abc import Iterable
 from concurrent.futures import Executor
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaincor.lammps_inputs.given_numbers import shown
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.into_store import collide_into_store
+from chaincor.workflows.campaign.into_store import store_missing
 from chaincor.workflows.campaign.points import (
     SweepPoints,
     fields_set,
     refuse_shared_fields,
+    scenes_of,
     value_of,
 )
 from chaincor.workflows.campaign.sweep_file import read_axes
@@ -85,11 +87,13 @@ def sweep(
     values = read_axes(base, axes, "give a store, which keeps all results", _listed)
     fields = fields_set(values)
     refuse_shared_fields(values)
-    points = list(SweepPoints(base, list(values.values()), Path()))
+    asked = SweepPoints(base, list(values.values()), Path())
+    points = scenes_of(asked.point(number) for number in range(len(asked)))
     with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:
         kept = Path(folder) / "sweep.sqlite" if store is None else store
-        collide_into_store(points, kept, workers=workers, executor=executor, progress=progress)
-        rows = to_pandas(kept).set_index("collision_sha256", drop=False)
+        with nullcontext(kept) if isinstance(kept, Store) else Store(kept) as opened:
+            store_missing(points, opened, workers=workers, executor=executor, progress=progress)
+            rows = to_pandas(opened).set_index("collision_sha256", drop=False)
     frame = rows.loc[[point.collision_sha256 for point in points]].reset_index(drop=True)
     for place, name in enumerate(fields):
         column = [value_of(point, name) for point in points]

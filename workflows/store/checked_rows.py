@@ -4,6 +4,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,7 @@ def check_rows(
                 )
 
 
+@cache
 def _check_of(name: str) -> Callable[[Any], str | None]:
     """
     Return a function that describes a wrong value in a column.

@@ -28,10 +28,9 @@ STANDINGS = f"""
 """
 # Largest number of keys in one query. Older versions of SQLite accept up to 999 values.
 _MOST_KEYS = 500
-_ROW = f"""
+_ROWS = f"""
     SELECT collisions.*, environments.versions, {_HAS_ARRAYS.format("main")}
     FROM collisions LEFT JOIN environments ON environment = environments.id
-    WHERE collision_sha256 = ?
 """
 _ARRAYS = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
 
@@ -106,20 +105,33 @@ class Store:
 
     def find(self, scene: Scene, *, arrays: bool = False) -> Row | None:
         """Return the row of a scene, even if it is inaccurate or a failure; None without a row."""
-        key = row_key(scene)
-        rows = self.read(_ROW, (key,))
-        if not rows:
-            return None
-        (found,) = rows
-        try:
-            _ = found.scene, found.result  # reads the JSON now to detect damage
-        except (TypeError, ValueError) as error:
-            raise StoreError(
-                f"the row collision_sha256={key} of {self.path} is damaged ({error}). Run the "
-                "sweep into a new store"
-            ) from None
-        kept = self.select(_ARRAYS, (key,))[1] if arrays else []
-        return Row(found.columns, {name: self._array(key, name, npy) for name, npy in kept})
+        return self.find_all([scene], arrays=arrays)[0]
+
+    def find_all(self, scenes: Sequence[Scene], *, arrays: bool = False) -> list[Row | None]:
+        """Return the rows of scenes, as :meth:`find` does for one."""
+        keys = [row_key(scene) for scene in scenes]
+        found = self._read_keys(_ROWS, keys)
+        for key, row in found.items():
+            try:
+                _ = row.scene, row.result  # reads the JSON now to detect damage
+            except (TypeError, ValueError) as error:
+                raise StoreError(
+                    f"the row {KEY}={key} of {self.path} is damaged ({error}). Run the sweep into "
+                    "a new store"
+                ) from None
+            if arrays:
+                kept = self.select(_ARRAYS, (key,))[1]
+                row.arrays.update((name, self._array(key, name, npy)) for name, npy in kept)
+        return [found.get(key) for key in keys]
+
+    def _read_keys(self, query: str, keys: Sequence[str]) -> dict[str, Row]:
+        """Return the rows of a query that have some keys, by key."""
+        found: dict[str, Row] = {}
+        for begin in range(0, len(keys), _MOST_KEYS):
+            part = keys[begin : begin + _MOST_KEYS]
+            rows = self.read(f"{query} WHERE {KEY} IN ({', '.join('?' * len(part))})", part)
+            found |= {row.columns[KEY]: row for row in rows}
+        return found
 
     def _array(self, key: str, name: Any, npy: Any) -> "NDArray[np.float64]":
         try:
@@ -151,12 +163,7 @@ class Store:
 
     def standings_of(self, keys: Sequence[str]) -> list[Row | None]:
         """Return the rows of :meth:`standings` for given keys."""
-        found: dict[str, Row] = {}
-        for begin in range(0, len(keys), _MOST_KEYS):
-            part = keys[begin : begin + _MOST_KEYS]
-            places = ", ".join("?" * len(part))
-            query = f"{STANDINGS.format('main')} WHERE collision_sha256 IN ({places})"
-            found |= {row.columns["collision_sha256"]: row for row in self.read(query, part)}
+        found = self._read_keys(STANDINGS.format("main"), keys)
         return [found.get(key) for key in keys]
 
     def check_writable(self) -> None:

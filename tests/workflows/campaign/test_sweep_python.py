@@ -88,3 +88,15 @@ def test_without_pandas_the_remedy_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(StoreError, match="pip install pandas"):
         sweep(BASE, speed=[0.1])
+
+
+def test_a_short_sweep_of_the_reference_engine_starts_no_process():
+    resource = pytest.importorskip("resource", reason="needs a POSIX system")
+
+    def seconds_of_processes() -> float:
+        return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+
+    before = seconds_of_processes()
+    frame = sweep(Scene(particles=3, engine="reference"), speed=[0.1, 0.2], workers=2)
+    assert len(frame) == 2
+    assert seconds_of_processes() == before
