@@ -1,4 +1,8 @@
-"""Represent a row of a results store: the result or failure of one collision."""
+"""
+Convert the result or failure of a collision to a row of a results store, and back.
+
+Rows also decide which of them answers a scene, and which of two replaces the other.
+"""
 
 import io
 import json

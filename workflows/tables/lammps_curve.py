@@ -1,5 +1,5 @@
 r"""
-Interpolate a table's energy and force as LAMMPS does.
+Define the data of a table, and interpolate its energy and force as LAMMPS does.
 
 LAMMPS fits cubic splines to the energies and forces of the file. The slopes at the ends come from
 ``FP`` or from the two outer rows. LAMMPS then evaluates the splines at N points and interpolates

@@ -1,4 +1,8 @@
-"""Call a user's integrator with a scene, or read its output from a file."""
+"""
+Call a user's Python function with a scene in a separate process, or read its result.
+
+Results are read from CSV and NPZ files.
+"""
 
 import csv
 import importlib

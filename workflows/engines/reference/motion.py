@@ -1,4 +1,9 @@
-"""Build the loops over steps: exact steps with contact events, and coarse steps."""
+"""
+Build the loops over steps: exact steps, coarse steps, and coarse steps of many chains.
+
+Exact steps end at contact events. `kernels.py` compiles the loops. The records of a loop's arrays
+are also defined here.
+"""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

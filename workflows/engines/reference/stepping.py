@@ -1,4 +1,9 @@
-"""Run collisions with steps of one length, for any scheme; contacts are located to rounding."""
+"""
+Run one collision in the reference engine with steps of one length, to its end.
+
+Every scheme is possible; contacts are located to rounding. Solvers and runs for error bars call
+`run`.
+"""
 
 import math
 import time

@@ -1,4 +1,8 @@
-"""Compare LAMMPS with the reference engine, point by point."""
+"""
+Draw the difference between the two engines at all measured points.
+
+The report counts disagreements, failures and missed tolerances of these points.
+"""
 
 import math
 from typing import Any

@@ -1,4 +1,9 @@
-"""Draw how intervals between contacts shorten for pairs (NH eq. 15), and judge related claims."""
+"""
+Draw how the intervals between contacts of two lj particles shorten (NH eq. 15).
+
+Two claims are judged: the coefficient alpha of this law, and the frequency at which the paper's
+harmonic chain hits the wall.
+"""
 
 import numpy as np
 
