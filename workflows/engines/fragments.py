@@ -78,6 +78,14 @@ class Body(NamedTuple):
     velocities: Array  #: Velocities relative to this plane, positive away from it; of shape (n,).
     masses: Array | None = None  #: Masses; None if all are 1; of shape (n,).
 
+    def has_finite_energy(self) -> bool:
+        """Return whether the kinetic energy is finite; it overflows if a step is far too long."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            squares = np.square(self.velocities)
+            return math.isfinite(
+                float(np.sum(squares if self.masses is None else self.masses * squares))
+            )
+
     def pieces(self, bond: Potential) -> Fragments:
         """
         Return the fragments of the body that move apart; an unbroken body is one fragment.

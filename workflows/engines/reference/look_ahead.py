@@ -113,7 +113,10 @@ class LookAhead:
         without a contact.
         """
         (now, last), moving = self.times(), self._moving
-        ending = watch.look_at(now, last, moving.bodies())
+        bodies = moving.bodies()
+        if not all(body.has_finite_energy() for body in bodies):
+            raise self.unresolved()  # the step is too long, and the motion grew without bound
+        ending = watch.look_at(now, last, bodies)
         if ending is not None:
             return End(self._doubt_about(ending), now, int(moving.run_state["evaluations"]))
         if not follow and now - last > self._quiet:

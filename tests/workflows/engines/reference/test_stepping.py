@@ -7,6 +7,7 @@ from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS
+from chaincor.workflows.collision import collide
 from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.contact_search import narrow
@@ -286,3 +287,11 @@ def test_a_zero_is_settled_in_a_few_moves():
         moves += 1
     assert time == pytest.approx(2.0**0.5, rel=1e-15)
     assert moves <= 6
+
+
+@pytest.mark.parametrize("fields", [{"compression": 1e-12}, {"temperature": 1e-5}])
+def test_a_motion_whose_energy_overflows_is_refused_by_name(fields):
+    # Masses of 1e20 with springs of stiffness 1 act as a speed of 1e10 v*.
+    scene = Scene(particles=3, potential="toda", engine="reference", masses=[1e20], **fields)
+    with pytest.raises(TimestepError, match="is not resolved at time"):
+        collide(scene, tolerance=1e-4)
