@@ -118,6 +118,6 @@ def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
     import numpy as np
 
     packed = BytesIO()
-    # `allow_pickle=False` is not passed, because NumPy before 2.1 stores it as one more array.
+    # Do not pass `allow_pickle=False`: NumPy before 2.1 would store this argument as an array.
     np.savez_compressed(packed, **arrays)
     path.write_bytes(packed.getbuffer())

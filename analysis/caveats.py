@@ -10,7 +10,8 @@ from chaincor.analysis.modes import indistinct_modes
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# float64 keeps 16 digits. A column with a coarser resolution was printed with fewer digits.
+# Velocities that are printed more coarsely than this, relative to the impact speed, have lost
+# digits of their 16-digit float64 values.
 _ALL_DIGITS = 1e-14
 _LARGE_DRIFT = 1e-6
 _LARGE_MISS = 1e-6
@@ -103,8 +104,8 @@ def _drift_caveats(before: float, after: float) -> list[str]:
             f"the energy changes by a fraction of {before:.1e} between the first frame and the "
             "last contact, so the run is no more accurate than this"
         )
-    # Scripts that dump at contacts use coarser steps after the last contact. The last frame belongs
-    # to these coarser steps.
+    # Scripts that dump at contacts use a larger time step after the last contact. The last frame
+    # was computed with this larger step.
     if abs(after) > max(_LARGE_DRIFT, abs(before)):
         caveats.append(
             f"the energy changes by a fraction of {after:.1e} after the last contact; restitution "

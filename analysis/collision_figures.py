@@ -87,7 +87,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
 
     history = analysis.history
     stiffness = stiffness_of(analysis.bond)
-    # Waves much longer than the period of unequal masses depend only on the mean mass.
+    # Waves that are much longer than the repeating pattern of masses depend only on the mean mass.
     light = stiffness / float(np.mean(analysis.masses))
     energy = analysis.energy_at_impact
     last = analysis.contact_statistics.last_time
@@ -135,7 +135,8 @@ def animate(analysis: CollisionAnalysis, path: Path) -> None:
     from chaincor.analysis.figures.animation import animate_collision
 
     times = analysis.history.times
-    # No contact follows the last contact, so the animation ends shortly after it.
+    # After the last contact the chain only flies away. The animation therefore ends soon
+    # afterwards.
     shown = times <= 1.25 * (analysis.contact_statistics.last_time or times[-1])
     displacements, velocities = along_the_line(analysis)
     animate_collision(

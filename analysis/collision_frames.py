@@ -18,7 +18,8 @@ from chaincor.lammps_inputs.errors import InputError
 # particle 1 has just been reflected; ``moving`` and ``turned``: the same two states of a chain with
 # internal motion, found from the momentum of the chain; ``late``: the collision has already begun.
 Start = Literal["incoming", "reflected", "moving", "turned", "late"]
-# Two speeds are equal if they differ by less than this fraction. Dumps may have few digits.
+# A dump may have few digits. A speed in the dump therefore agrees with a given speed if the two
+# differ by at most this fraction.
 _SAME_SPEED = 1e-4
 EndArgument = Callable[[float, Array, Array, float, Potential], str | None]
 
@@ -82,17 +83,17 @@ class CollisionFrames:
             self.first, known.timestep
         )  #: State in the first frame.
         resolution = self.first.resolution("vx", self.first.significant_digits())
-        #: Half-width of the interval of velocities that are printed like the velocity in the first
-        #: frame.
+        #: Largest rounding error of a velocity that is printed in the first frame.
         self.resolution = float(np.max(resolution))
         #: Masses of the chain and of a free target, each from the contact outward.
         self.masses = known.masses or masses_of_bodies(self.first, self.layout)[0]
-        # Velocities are relative to the target. The particles of a cold target have none.
+        # Velocities are measured relative to the target, whose particles have equal velocities if
+        # the target is cold.
         target = self.first_state.target_velocities
         relative = self.first_state.velocities - (float(target[0]) if target.size else 0.0)
         self.start, seen = find_start(relative, resolution)
-        #: Impact speed v0. A given speed replaces the speed in the frame, because it has all
-        #: digits.
+        #: Impact speed v0. If the user gives it, the given speed is used, because the speed in the
+        #: frame may have fewer digits.
         self.velocity: float
         if target.size:
             if self.start != "incoming" or np.any(target != target[0]):

@@ -33,8 +33,8 @@ class Share:
     """Probability of an event, from its frequency in samples."""
 
     value: float  #: Fraction of the samples in which the event happened.
-    #: Lower end of Wilson's interval. A sample whose error bar leaves the event open counts as no
-    #: at the lower end, and as yes at the upper end.
+    #: Lower end of Wilson's interval. If the error bar of a sample does not decide about the event,
+    #: the lower end assumes that the event did not happen, and the upper end that it did.
     low: float
     high: float  #: Upper end of the interval.
     doubtful: int  #: Number of samples whose error bars do not decide about the event.
@@ -82,7 +82,7 @@ class Distribution:
         """
         if not math.isfinite(self.deviation):
             return None
-        # If the scatter is only rounding, one sample suffices.
+        # If the samples differ only by rounding, one sample suffices.
         return max(1, math.ceil((self.deviation / precision) ** 2 * (1.0 - 1e-12)))
 
 

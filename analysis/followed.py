@@ -16,7 +16,8 @@ from chaincor.analysis.restitution import bond_strains
 from chaincor.lammps_inputs.bonds.potential import Potential, stiffness_of
 from chaincor.lammps_inputs.errors import InputError
 
-# Sideways motion at this fraction of v0 has 1e-12 of the energy.
+# Largest accepted velocity along y or z, divided by v0. Its kinetic energy is 1e-12 of that along
+# x.
 _SIDEWAYS = 1e-6
 
 
@@ -120,8 +121,9 @@ def restitution_precision(seen: Followed, e: float) -> float:
         printed = sum(
             float(np.sum(m * h)) / float(np.sum(m)) for m, h in zip(masses, half, strict=True)
         )
-        # LAMMPS computes eta at most one frame later, and each step until then rounds every
-        # velocity. LAMMPS also adds the n products in another order, and each addition rounds.
+        # LAMMPS computes eta at most one dump interval after this frame, and every step rounds all
+        # velocities once more. LAMMPS also sums the n products of mass and velocity in another
+        # order, with one rounding per addition.
         sizes = zip(masses, state.bodies, strict=True)
         return printed + sum(
             (m.size + steps) * epsilon * float(np.sum(m * np.abs(body.velocities))) / np.sum(m)
@@ -129,7 +131,7 @@ def restitution_precision(seen: Followed, e: float) -> float:
         )
 
     read = 0.0
-    # In front of a wall, a given impact speed has no rounding error.
+    # If the chain hits a wall, a given impact speed has no rounding error.
     if known.targets:
         read = off(reading.first, 0)
     elif known.impact_velocity is None:

@@ -25,7 +25,8 @@ from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import stiffness_of
 
-# If the energy exceeds the translational energy by at most this fraction, there is no vibration.
+# If the total energy exceeds the translational energy by at most this fraction, the excess is due
+# to rounding, and the chain does not vibrate.
 _ROUNDINGS = 1e-12
 
 

@@ -10,8 +10,8 @@ from chaincor.analysis.results import History
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# Whole states are kept only for figures. Memory limits their number, and so does the number of
-# states that a figure can show.
+# Whole states are kept only for figures: at most as many as a figure can show, and at most this
+# many bytes. Time series have at most _SERIES_ROWS rows.
 _PICTURE_FRAMES = 600
 _PICTURE_BYTES = 64 * 2**20
 _SERIES_ROWS = 20_000

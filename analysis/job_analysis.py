@@ -20,7 +20,7 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 
-# Two equal velocities, printed with the default six digits, may differ by this fraction.
+# Equal velocities may differ by this fraction if they are printed with the default six digits.
 _SAME_SPEED = 1e-5
 
 

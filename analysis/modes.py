@@ -195,7 +195,7 @@ def kinetic_mode_energies(velocities: ArrayLike, masses: ArrayLike | None = None
         Energies; j = 0 is the translation.
     """
     v = np.asarray(velocities, dtype=float)
-    # If all bonds have their natural length, mode energies are only kinetic.
+    # If all bonds have their natural length, modes have only kinetic energy.
     return mode_energies(np.zeros(v.shape), v, masses=masses)
 
 
@@ -227,8 +227,8 @@ def _unequal_energies(
     energies = np.empty(v.shape)
     mean = centre_of_mass_velocity(v, masses)
     energies[..., 0] = 0.5 * float(np.sum(masses)) * mean**2
-    # a_j = sqrt(k) M^(-1/2) B^T b_j / omega_j, and p_j is therefore computed from the rates of
-    # strain with b_j.
+    # The rates of strain, projected on b_j, give p_j, because a_j = sqrt(k) M^(-1/2) B^T b_j /
+    # omega_j.
     rates = np.sqrt(stiffness) * np.diff(v, axis=-1) @ shapes / omega
     strains = np.sqrt(stiffness) * bond_strains(displacements) @ shapes
     energies[..., 1:] = 0.5 * (rates**2 + strains**2)

@@ -125,7 +125,7 @@ def anharmonic_coefficient(bond: Potential) -> float:
         raise InputError(f"bond '{bond.name}' has no anharmonic term. Give an anharmonic bond")
     root = bond.compressed_root
     own = _USUAL_STRAIN if root is None else 1.0 - root
-    # At higher orders the quotient divides by a higher power of s. Larger strains then keep more
+    # At higher orders the denominator is a higher power of s. Larger strains then lose fewer
     # digits.
     strains = own * (0.03 if order == 3 else 0.15) * np.array([1.0, 0.5, 0.25])
 

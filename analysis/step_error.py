@@ -101,7 +101,7 @@ def estimate_error(runs: Sequence[CollisionAnalysis]) -> CollisionAnalysis:
     """
     every = [_job_of(run).step for run in runs]
     steps = sorted({step for step in every if step is not None})
-    # In other units, the same time step is rounded differently.
+    # Equal time steps may differ by rounding if they were converted from different units.
     steps = [h for k, h in enumerate(steps) if not k or h > (1.0 + _SAME_STEP) * steps[k - 1]]
     alone = len(runs) == 1 or None in every or len(steps) < 2
     fine = runs[0] if alone else runs[every.index(steps[0])]
@@ -130,7 +130,7 @@ def _difference(a: CollisionAnalysis, b: CollisionAnalysis) -> str | None:
     """Explain why two runs are not the same collision at two time steps; None if they are."""
     if a.particles != b.particles:
         return f"the number of particles ({a.particles} and {b.particles})"
-    # Speeds that were read from a dump are as precise as its digits.
+    # A speed that was read from a dump is only as precise as the printed digits.
     if abs(a.velocity - b.velocity) > 1e-5 * a.velocity:
         return f"the impact speed ({a.velocity:g} and {b.velocity:g})"
     if a.bodies.keys() != b.bodies.keys() or a.soft != b.soft:

@@ -150,7 +150,7 @@ def measured_contacts_energies(
     """
     if statistics.mean_interval is None or statistics.mean_speed is None:
         return None
-    # The formula is for mass and stiffness 1. Times are proportional to sqrt(mass/stiffness).
+    # The formula assumes mass and stiffness 1. All times are proportional to sqrt(mass/stiffness).
     return mass * basile_dumont_energies(
         particles,
         interval=statistics.mean_interval * (stiffness / mass) ** 0.5,

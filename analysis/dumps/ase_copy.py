@@ -63,7 +63,7 @@ def read_here(path: str, kind: str, copy: str) -> int:
         _check_counts(Path(path))
     count = 0
     with warnings.catch_warnings(), Path(copy).open("wb") as file:
-        warnings.simplefilter("ignore")  # warnings about units and boxes have no meaning here
+        warnings.simplefilter("ignore")  # warnings about units and boxes are irrelevant
         for atoms in iread(path, index=":", format=kind):
             for array in _arrays_of(atoms, count, path):
                 np.save(file, array, allow_pickle=False)

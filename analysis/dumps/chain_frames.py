@@ -22,8 +22,8 @@ _POSITION_COLUMNS = ("xu", "x", "xsu", "xs")
 SCALED_COLUMNS = ("xs", "xsu")
 _WRAPPED = ("x", "xs")
 IMAGE_COLUMN = "ix"
-# A column of displacements may differ from x - (i - 1) by this plus rounding. Columns of other
-# quantities differ by far more.
+# Largest difference, beyond rounding, between x - (i - 1) and a column of displacements. If the
+# difference is larger, the column contains another quantity.
 _SAME_DISPLACEMENT = 1e-6
 
 

@@ -32,16 +32,17 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 # Even in a dump of full precision, a contact slower than this fraction of v0 cannot be
 # distinguished from rounding.
 _SMALLEST_SPEED = 1e-9
-# The sum of the two times of an interpolated contact may differ by this fraction from the time
-# between the frames.
+# Interpolation estimates the time from the first frame to the contact, and the time from the
+# contact to the second frame. Their sum may differ by this fraction from the time between the
+# frames.
 _GAP = 0.25
 # Relative precision of the time in a frame, even in the default format.
 _MARGIN = 1e-6
-# Largest difference, in units of v0, between the momentum of the found contacts and the momentum in
-# the dump. If the difference is larger, a contact may be missing.
+# Largest difference, in units of v0, between the momentum transferred at the detected contacts and
+# the change of momentum in the dump. If the difference is larger, a contact may be missing.
 _LARGEST_MISS = 0.5
-# Between two frames, particle 1 moves at most this many times as fast as the fastest particle in
-# either frame.
+# Largest speed of particle 1 between two frames, divided by the largest speed of any particle in
+# these two frames.
 _FASTEST = 2.0
 # Tolerance of the reintegration, for dumps with all digits.
 _RELATIVE_TOLERANCE = 1e-12
@@ -63,11 +64,12 @@ class DetectedContacts:
     speeds: Array  #: Incoming speeds of particle 1, of shape (f,).
     method: str  #: Method: ``reintegration`` or ``interpolation``.
     unresolved: int  #: Number of intervals between frames with an unknown number of contacts.
-    #: Largest difference between the momentum of the found contacts and the momentum in the dump,
-    #: between any two frames, in units of v0; 0 for interpolation, which takes the momentum from
-    #: the dump.
+    #: Largest difference, for any pair of successive frames, between the momentum transferred at
+    #: the detected contacts and the change of momentum in the dump, in units of v0; 0 for
+    #: interpolation, which takes the momentum from the dump.
     worst_miss: float
-    #: Longest interval between two frames that enclose a contact and do not show it.
+    #: Longest interval between two frames with a contact between them, if no frame shows the state
+    #: at this contact.
     largest_gap: float
     #: Number of intervals between frames in which the momentum rises although particle 1 cannot
     #: have reached the wall.
@@ -124,7 +126,7 @@ class ContactDetector:
         before, self._previous = self._previous, state
         if before is None:
             return
-        # Divided by the contact mass, the change of momentum is the change of the closing speed.
+        # A contact changes the closing speed by the change of momentum divided by the contact mass.
         change = float(np.sum(self._masses[0] * (state.velocities - before.velocities)))
         given = change / self._contact_mass
         slack = self._threshold(before, state)
@@ -138,7 +140,7 @@ class ContactDetector:
         if self._soft:
             self.last_time = state.time
             return
-        # A frame that was written right after a contact shows its time and its speed.
+        # A frame that was written right after a contact shows the contact's time and speed.
         speed = 0.5 * given
         if state.gap == 0.0 and abs(state.gap_velocity - speed) <= slack:
             self.add_known(state.time, speed)
@@ -165,8 +167,8 @@ class ContactDetector:
         )
 
     def _threshold(self, before: ChainState, after: ChainState) -> float:
-        # If velocities are larger than v0 by a decade, the unit of their last printed digit is
-        # larger by a decade, too.
+        # If velocities are ten times as large as v0, the unit of their last printed digit is also
+        # ten times as large.
         largest = max(np.max(np.abs(before.velocities)), np.max(np.abs(after.velocities)))
         resolution, spread, usual = self._rounding
         coarser = 10.0 ** (np.floor(np.log10(max(largest, self._velocity))) - usual)
@@ -284,7 +286,8 @@ def reintegrate_contacts(
     time = state.time
     while True:
         gap, closing = float(np.sum(u[front])), -float(np.sum(v[front]))
-        # At a contact the gap is zero except for rounding. Rounding must not cause another contact.
+        # Right after a contact the gap is zero except for rounding, which must not cause another
+        # contact.
         if gap <= 1e-14 * size and closing > 0.0:
             times.append(time)
             speeds.append(closing)

@@ -99,7 +99,7 @@ class Dump(DumpFrames):
                 yield file, file
                 return
             with gzip.GzipFile(fileobj=file) as unzipped:
-                # With a further buffer, the last data of a truncated stream would be lost.
+                # A second buffer would lose the last data of a truncated stream.
                 yield file, cast(IO[bytes], unzipped)
 
 

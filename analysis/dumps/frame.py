@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
-# Not every larger whole number is exact in float64.
+# float64 represents all whole numbers up to this one exactly.
 _LARGEST_WHOLE = 2.0**53
 
 
@@ -32,7 +32,7 @@ class DumpFrame:
     raw_column: Callable[[int], Array] = field(repr=False)
     #: Function that returns the printed text of a column by its index; None for binary dumps.
     raw_text: Callable[[int], list[bytes]] | None = field(default=None, repr=False)
-    #: Whether the box is periodic along x. Positions may then be wrapped into the box.
+    #: Whether the box is periodic along x. In a periodic box, positions may be wrapped.
     periodic_x: bool = False
     tilted: bool = False  #: Whether the box is triclinic.
     #: Units of the run, if the dump names them (``dump_modify units yes``).

@@ -20,11 +20,12 @@ from chaincor.lammps_inputs.small_file import refuse_endless
 
 MASS_COLUMN = "mass"
 TYPE_COLUMN = "type"
-# Given masses agree with a dump's masses to the six digits of the default format.
+# Largest relative difference between given masses and the masses in a dump, which may have only the
+# six digits of the default format.
 _SAME_MASS = 1e-5
 # Larger masses are refused, because squares of energies would overflow.
 _LARGEST_MASS = 1e100
-# A larger number of types has no meaning in a chain.
+# A data file with more types does not describe a chain.
 _MOST_TYPES = 10_000_000
 # Column of the type in the section Atoms, by atom style.
 _TYPE_PLACE = dict.fromkeys(("bond", "angle", "molecular", "full"), 2)
@@ -76,7 +77,8 @@ def masses_of_bodies(
         if scene is not None:
             line = scene.line
             bodies = [line.chain_masses, line.target_masses][: 1 + bool(layout.targets)]
-            # If types have different masses, a scene with equal masses describes another chain.
+            # If the types have different masses, a scene with equal masses does not describe this
+            # chain.
             if not (why and are_equal(np.concatenate(bodies))):
                 return bodies, True
         if why:

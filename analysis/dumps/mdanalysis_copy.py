@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.dumps.ase_copy import no_velocities
 from chaincor.lammps_inputs.isolated import Isolated
 
-# Compressed formats store at most about this many numbers per byte.
+# A compressed file has at least about this many bytes for each particle of each frame.
 _LEAST_BYTES = 1.0
 _NAMES = ("x", "vx", "steps", "times", "boxes")
 
@@ -50,7 +50,7 @@ def read_here(path: str, kind: str, folder: str) -> None:
         link = Path(beside) / Path(path).name
         link.symlink_to(path)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # warnings about units and boxes have no meaning here
+            warnings.simplefilter("ignore")  # warnings about units and boxes are irrelevant
             with reader(str(link), format=kind) as source:
                 _copy(source, Path(path), Path(folder))
 

@@ -82,7 +82,7 @@ class OtherTrajectory(DumpFrames):
         while True:
             try:
                 with warnings.catch_warnings():
-                    # Warnings about units and boxes have no meaning here.
+                    # Warnings about units and boxes are irrelevant.
                     warnings.simplefilter("ignore")
                     frame = next(found, None)
             except InputError:

@@ -15,7 +15,8 @@ _STOPPED = re.compile(
     r"|BEHIND THE WALL|MISMATCHED|BEGUN OTHERWISE): .*)$",
     re.MULTILINE,
 )
-# Largest difference between eta that LAMMPS prints and eta from a dump with all digits.
+# Largest difference between the eta that LAMMPS printed and eta computed from a dump with all
+# digits.
 _SAME_RUN = 1e-12
 
 

@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-# Commands that declare the setup. Logs contain many other lines.
+# Only these commands are kept, because they declare the setup. Logs contain many other lines.
 _KEPT = (
     *("units", "lattice", "atom_style", "pair_style", "bond_style", "bond_coeff"),
     *("read_data", "mass", "set", "fix", "timestep"),

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _FRAMES_PER_SECOND = 25
-# Largest number of frames, which last an hour when they are shown.
+# Largest number of frames: one hour of animation.
 _MOST_FRAMES = 90_000
-# Largest number of particles with coiled springs, and longest bond that is drawn. Longer bonds have
-# broken or are about to break.
+# If a chain has more particles than this, its springs are drawn as straight lines. Bonds longer
+# than the second number are not drawn, because they have broken or are about to break.
 _MOST_COILED, _LONGEST_DRAWN = 60, 3.0
 
 

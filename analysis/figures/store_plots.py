@@ -16,7 +16,7 @@ from chaincor.lammps_inputs.given_numbers import number_in
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Axes on which values span a larger factor are logarithmic.
+# An axis is logarithmic if its largest value divided by its smallest exceeds this ratio.
 _WIDE = 30.0
 # Curves with more points are drawn without markers. Figures with more curves have no legend.
 _MANY_POINTS = 200

@@ -15,8 +15,8 @@ from chaincor.lammps_inputs.arrays import Array
 # converge.
 LEAST_ORDER, MOST_ORDER = 0.25, 9.0
 _GRID = np.linspace(LEAST_ORDER, MOST_ORDER, 176)
-# Number of refinements of the grid of orders, and of points in a finer grid. A finer grid lies
-# between the neighbours of the best order.
+# The grid of orders is refined this many times, to this many points between the two neighbours of
+# the best order.
 _REFINEMENTS, _FINER = 9, 11
 # Smallest error bar of an order.
 _LEAST_ERROR = 1e-3
@@ -26,16 +26,16 @@ SURE = 1.96
 # Gaussian error bars are too short by a factor of 1.2, because weights come from few runs, and
 # because one of several windows is chosen.
 _WIDER = 1.2 * SURE
-# The observed effect of coarse rungs on a fit is multiplied by this factor. The estimate by a
-# geometric series assumes that windows are scaled copies of each other, which is only approximately
-# true.
+# The estimated effect of coarse rungs on a fit is multiplied by this safety factor. The estimate
+# sums a geometric series, because the effect shrinks by a similar factor from window to window.
 _RESERVE = 1.5
-# A curvature that is hidden by noise also changes the limit. With this factor, error bars contain
-# the true value in 95 of 100 ladders of order 1 (`benchmarks.bars.ladders`).
+# Factor for the error bars of limits, because noise may hide deviations from the power law. With
+# this factor, error bars contain the true value in 95 of 100 ladders of order 1
+# (`benchmarks.bars.ladders`).
 _HIDDEN = 1.5
-# The weights of rungs ignore scatter below this fraction of the range of values in the window.
-# Otherwise the fit would follow the finest rungs too closely, and hide the effect of the coarsest
-# rung.
+# Weights assume that the scatter of each rung is at least this fraction of the range of values in
+# the window. Otherwise the fit would follow the finest rungs too closely, and hide the effect of
+# the coarsest rung.
 _EVEN = 0.03
 # Powers of the time step that may describe the bias. All powers that fit the means are used.
 _ORDERS = (1.0, 1.5, 2.0, 3.0, 4.0)
@@ -43,12 +43,13 @@ _ORDERS = (1.0, 1.5, 2.0, 3.0, 4.0)
 _LEAST_RUNGS = 3
 # A power is rejected if noise alone would cause its misfit in at most 1 of 20 ladders.
 _CHANCE = 0.05
-# If no power fits, the slope between the finest rungs is multiplied by this factor and extrapolated
-# to a time step of 0.
+# If no power fits, the steepest slope between the finest rungs is extrapolated to a time step of 0.
+# The bias of the finest rung is at most this factor times the extrapolated change.
 _NO_LAW = 2.0
-# Windows and verdicts are chosen from the same data, which makes error bars too short if rungs have
-# few runs. Error bars are therefore multiplied by 1 plus the second number divided by the number of
-# runs. Both numbers come from `benchmarks.bars.ladders` with 4 and 8 runs.
+# Windows and powers are chosen from the same data as the error bars, which would be too short if
+# rungs have few runs. The first number multiplies the standard errors in the test that rejects
+# powers. Error bars are multiplied by 1 plus the second number divided by the number of runs. Both
+# numbers come from `benchmarks.bars.ladders` with 4 and 8 runs.
 _CHOSEN, _FEW_RUNS = 1.2, 2.2
 
 
@@ -90,7 +91,8 @@ def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
     ratio = float((steps[-1].mean() / steps[0].mean()) ** (1.0 / (rungs - 1)))
     windows = [_fit_window(steps[-w:], values[-w:], errors[-w:]) for w in range(3, rungs + 1)]
     found = []
-    # A window is compared with two smaller windows if possible, because one may agree by chance.
+    # If possible, a window is compared with at least two smaller windows, because a single one may
+    # agree by chance.
     first = min(2, rungs - 3)
     for k, each in enumerate(windows[first:], start=first):
         left_p = left_a = 0.0

@@ -6,8 +6,8 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Longest correlations for which a series has an error bar, as a fraction of its length, and least
-# number of independent samples.
+# A series has an error bar only if its correlations last at most this fraction of its length, and
+# if it has at least this many independent samples.
 _LARGEST_SHARE, _LEAST_INDEPENDENT = 0.25, 3.0
 # A series with fewer samples has no error bar. If the correlation time is 10, 3 of 100 series with
 # 24 samples look independent. For such series, only 52 of 100 error bars contain the true mean.
@@ -15,10 +15,10 @@ _LEAST_SAMPLES = 50
 _THREE_SIGMA = 0.99865
 # An error bar longer than this many standard deviations of the series has no meaning.
 _LONGEST_BAR = 1.5
-# The error bar is doubled if the length of a series times its von Neumann ratio is equal to this
-# value. A
-# random walk has values of 6 to 10. According to `benchmarks.bars.series`, the true mean is then
-# within three error bars in 95 of 100 series, even if the correlation time is 100 samples.
+# Error bars are longer for series that resemble a random walk, for which the von Neumann ratio
+# times the length is 6 to 10. If this product is equal to this value, the error bar is doubled.
+# According to `benchmarks.bars.series`, three error bars then contain the true mean of 95 of 100
+# series, even if the correlation time is 100 samples.
 _WALKS = 35.0
 
 
@@ -62,7 +62,7 @@ def standard_error(series: Array) -> MeanError:
     pairs = np.minimum.accumulate(pairs[: ends[0] if len(ends) else None])
     lags = 2 * len(pairs)
     left = 1.0 - (2 * lags - 1) / count
-    # A sum that is smaller than for independent samples is due to chance.
+    # If the sum is smaller than for independent samples, this is due to chance.
     total = max(2.0 * float(pairs.sum()) - float(covariance[0]), float(covariance[0]))
     independent = max(left * count * float(covariance[0]) / total, 1.0)
     few = count < _LEAST_SAMPLES or independent < _LEAST_INDEPENDENT

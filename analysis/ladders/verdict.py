@@ -15,7 +15,7 @@ from chaincor.lammps_inputs.arrays import Array
 VerdictKind = Literal["regular", "irregular", "noise", "bounded", "cannot tell"]
 
 LEAST_RUNGS, LEAST_COLUMNS = 4, 3
-# An order is known if orders 1 and 2 cannot be confused.
+# An order is known if its error bar is shorter than this, because orders 1 and 2 are then distinct.
 KNOWN_ORDER = 0.5
 # Scatter is negligible if, on at least half of the rungs, it is below this fraction of the change
 # of the smooth error from one rung to the next.
@@ -23,7 +23,7 @@ ROUGH = 0.5
 # Scatter is attributed to the time step only if it decreases at least as fast as this power of the
 # time step. Scatter that decreases more slowly may be noise.
 LEAST_DECAY = 0.5
-# The promised error assumes that the values on one rung differ from their mean by at most this many
+# The promised error assumes that no run differs from the mean of its rung by more than this many
 # standard deviations.
 SCATTER_RESERVE = 3.0
 _ROUNDING = 4e-15
@@ -128,7 +128,7 @@ def _irregular(
     reason = "the result jumps between nearby steps, and the jumps shrink with the step"
     if decay_error >= KNOWN_ORDER:
         return _bounded(f"{reason}, but the order of this decrease is unclear", h, values, scatter)
-    # The mean of a rung may be no nearer to the true value than a single run.
+    # The mean of a rung may be as far from the true value as a single run.
     mean = values.mean(axis=1)
     value, error = float(mean[-1]), float(SCATTER_RESERVE * scatter[-1])
     bias = np.abs(mean - value) + error
@@ -151,7 +151,7 @@ def _noise(h: Array, values: Array, scatter: Array, seeded: bool) -> LadderVerdi
     spread = np.sqrt(float(np.sum(rest**2)) / freedom / float(x @ x) / columns)
     hidden = abs(level) + float(t.ppf(0.975, freedom)) * spread
     bias = hidden * h.mean(axis=1) + error
-    # The mean of all runs may also contain this hidden bias, averaged over rungs.
+    # The mean of all runs may contain the mean of the hidden biases of all rungs.
     error = float(np.hypot(error, hidden * h.mean()))
     reason = "runs scatter, and the step changes neither their scatter nor their mean"
     return LadderVerdict("noise", reason, None, None, value, error, bias, scatter)
@@ -240,8 +240,8 @@ def _seeds_apart(h: Array, values: Array, p: float, rough: Array) -> Array:
         squares += rest**2 / np.maximum(1.0 - np.sum(q**2, axis=1), 0.1)
     apart = np.sqrt(squares / columns)
     common, own = float(np.sum(rough**2)), float(np.sum(apart**2))
-    # Degrees of freedom: a common law has one mean per rung, and separate laws have two parameters
-    # per seed.
+    # Degrees of freedom: a law for all seeds has one mean per rung, and separate laws have two
+    # parameters per seed.
     freedom = rungs * (columns - 1), (rungs - 2) * columns
     return apart if common / max(own, 1e-300) > f.ppf(1.0 - _CHANCE, *freedom) else rough
 
@@ -256,8 +256,8 @@ def _decay_of_scatter(h: Array, rough: Array, columns: int, floor: float) -> tup
     x, y = np.log(h[seen]), np.log(rough[seen])
     slope, level = np.polyfit(x, y, 1)
     rest = y - slope * x - level
-    # Variance of the logarithm of a standard deviation from M Gaussian values. If the rungs differ
-    # more from the fit, their variance is used.
+    # Variance of the logarithm of a standard deviation from M Gaussian values. If the rungs deviate
+    # more from the fit, the variance of their deviations is used.
     expected = float(polygamma(1, 0.5 * (columns - 1))) / 4.0
     variance = max(expected, float(rest @ rest) / (len(x) - 2))
     return float(slope), SURE * float(np.sqrt(variance / np.sum((x - x.mean()) ** 2)))

@@ -11,7 +11,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Figures have about twice as many pixels as their displayed width, for high-resolution screens.
+# Figures have almost twice as many pixels per inch as they are displayed with, for high-resolution
+# screens.
 _DOTS_PER_INCH = 160
 _PIXELS_PER_INCH = 90
 # Seconds between updates. A notebook stores every message that it receives.

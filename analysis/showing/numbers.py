@@ -25,7 +25,8 @@ def root_of_known(root: float, error: float | None) -> str:
     return f"{root:.6g}" if lost < 2e-6 else known_digits(root, lost)
 
 
-# If the error of a run is unknown, more digits would suggest too high a precision.
+# If the error of a run is unknown, eta is not printed more finely than this, because more digits
+# would suggest too high a precision.
 _FINEST = 1e-12
 
 

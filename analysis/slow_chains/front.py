@@ -167,7 +167,7 @@ class Grid:
         steep = max(0.0, self._y)
         front = self._carried(self._step(), 1.0, (0.0, 2.0 * steep / 3.0))
         back = self._carried(1.0 - front, 0.0, (2.0 * steep / 3.0, 5.0 * steep / 3.0))
-        # Impulse that is missing when the point x of the front arrives at the wall.
+        # Impulse that the wall has not yet given when the point x of the front arrives at the wall.
         missing = cumulative_simpson(2.0 * (1.0 - back)[::-1], dx=self.spacing, initial=0.0)[::-1]
         deficit = self.x + missing
         inside = (deficit[1:-1] < deficit[:-2]) & (deficit[1:-1] <= deficit[2:])

@@ -9,7 +9,8 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# Neighbours on each side. First derivatives have order 10, and third derivatives order 8.
+# Number of neighbours on each side in the differences. First derivatives have order 10, and third
+# derivatives order 8.
 REACH = 5
 
 

@@ -28,9 +28,10 @@ import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
 
-# The Airy function is 1e-13 at 9 widths ahead of the front. Chain and wall separate at 0.4 widths
-# behind the front, where its integral F is 1/2. The gap grows as long as F exceeds 1/2. Farther
-# behind the front, F stays above 0.8.
+# Computed part of the front, in widths ahead of it and behind it. The Airy function is 1e-13 at 9
+# widths ahead. Chain and wall separate at 0.4 widths behind the front, where the integral F of the
+# Airy function is 1/2. The gap grows as long as F exceeds 1/2, and farther behind, F stays above
+# 0.8.
 _BEFORE, _BEHIND = 10.0, 4.0
 _PANEL_NODES = 16
 # Three times the largest difference from the modal engine, for 76 lengths from 100 to 10000.
@@ -49,9 +50,10 @@ _WEIGHTS = -0.3 * _U**1.5 * np.sqrt(4j - _U) / (math.pi * _RATES)
 # two contacts x rises and falls once. x is sampled at the times _ARCH after a contact.
 _ARCH = np.arange(1.0, 3.6, 0.25)
 _TURNS = np.exp(_ARCH[:, None] * _RATES)
-# After this number of contacts, two intervals predict the next one.
+# After this number of contacts, the last two intervals predict the next interval.
 _REGULAR = 30
-# Near the end of the push, contacts may be slow and soon follow each other.
+# Step in the search for the next contact near the end of the push, where slow contacts may soon
+# follow each other.
 _LOOK = 0.1
 
 
