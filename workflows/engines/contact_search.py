@@ -25,21 +25,22 @@ from chaincor.lammps_inputs.arrays import Array
 PathPoint = tuple[float, float, float]
 Quintic = tuple[float, float, float, float, float, float]
 
-# Rounding limits the relative resolution of times to this value.
+# Relative accuracy of the time of a contact. Rounding allows no better accuracy.
 RESOLUTION = 4e-16
-# A Newton step doubles the number of correct digits; near a double zero it halves the remaining
-# distance. If a search takes more steps than this, the motion has exploded, and the bounds on its
-# curvature are far too large to be useful.
+# `first_root` takes at most this many steps. Near a zero, each step doubles the number of correct
+# digits; near a double zero, each step halves the distance to the zero. A search needs more steps
+# only if the motion has exploded, because the bound on the curvature is then far too large.
 MOST_MOVES = 1000
-# The search does not divide a part that is shorter than this fraction of the step. A contact within
-# so short a part changes the velocity of particle 1 by 1e-6 of its change in the whole step.
+# The search divides a step into parts, but no part below this fraction of the step. Within so short
+# a part, the velocity of particle 1 changes by 1e-6 of its change in the whole step.
 NARROWEST = 2.0**-20
-# A search takes at most this many evaluations. Newton's method needs about three evaluations;
-# bisection to rounding would need 53.
+# The search refines the time of a contact at most this many times. Newton's method needs about
+# three refinements; bisection to rounding would need 53.
 MOST_ITERATIONS = 80
-# The search uses the velocity as the slope of the path. The velocity differs from the slope of the
-# map by at most 1e-3 (for Verlet); the error after a Newton step is then at most 1e-3 of this step.
-# A Newton step below this fraction of the time is therefore the last one.
+# Newton's method uses the velocity of particle 1 as the derivative of its position in the step
+# size. For Verlet steps the two differ by up to 1e-3; a Newton step then leaves an error of up to
+# 1e-3 of its own size. The search therefore stops after a Newton step below this fraction of the
+# time.
 SETTLED = 1e-13
 
 
@@ -116,7 +117,8 @@ def fit_path(start: PathPoint, end: PathPoint, step: float) -> Quintic:
     x1, v1, a1 = end
     v0, v1 = v0 * step, v1 * step
     a0, a1 = 0.5 * a0 * step * step, 0.5 * a1 * step * step
-    # These are the remainders of position, velocity and acceleration after the first three terms.
+    # Subtract the first three terms of the quintic from the position, velocity and acceleration at
+    # the end of the step.
     x, v, a = x1 - x0 - v0 - a0, v1 - v0 - 2.0 * a0, a1 - a0
     # Scalars avoid an array, which would be allocated from the heap at every contact.
     a3, a4, a5 = 10.0 * x - 4.0 * v + a, -15.0 * x + 7.0 * v - 2.0 * a, 6.0 * x - 3.0 * v + a
@@ -143,24 +145,26 @@ def narrow(
     if not low <= better <= high:
         better = 0.5 * (low + high)
     moved = abs(better - time)
-    # Two terms decide the size of Newton's next step: the curvature times this step squared, and
-    # the difference between the slope of the map and the velocity.
+    # The next Newton step would have two parts. One part is proportional to the acceleration and to
+    # the square of this step; it must be below rounding. The other part comes from using the
+    # velocity as the derivative; `SETTLED` limits it.
     near = moved * moved * abs(a) <= RESOLUTION * better * abs(v)
     return low, high, better, moved <= SETTLED * better and near
 
 
-# The search requests a point of a path for one of these purposes: to know the end of the step, to
-# divide the step, to refine the zero.
+# Purposes for which the search requests a point of the path: to know the end of the step (LOOK), to
+# divide the step (CUT), to refine the time of the contact (REFINE).
 LOOK, CUT, REFINE = range(3)
 
 # These fields of the run state hold the state of a search.
 SEARCH_FIELDS = [
-    ("search_stage", "i8"),  # purpose of the next point
-    ("search_moves", "i8"),  # number of refinements of the zero
+    ("search_stage", "i8"),  # purpose of the next point: LOOK, CUT or REFINE
+    ("search_moves", "i8"),  # number of refinements so far
     ("search_step", "f8"),  # length of the step
-    ("search_low", "f8"),  # bounds of the current part of the step
+    ("search_low", "f8"),  # times between which the current part of the step lies
     ("search_high", "f8"),
-    ("search_time", "f8"),  # time of the next point; after the search, of the contact, or -1
+    # time of the next point; after the search, time of the contact, or -1 without a contact
+    ("search_time", "f8"),
     ("search_start_x", "f8"),  # position, velocity and acceleration at the start of the part
     ("search_start_v", "f8"),
     ("search_start_a", "f8"),
@@ -177,7 +181,8 @@ class SearchSteps(NamedTuple):
     The run state holds the state of the search in the `SEARCH_FIELDS`.
     """
 
-    #: ``is_free(start, end, step)``: whether the ends of a step exclude a contact.
+    #: ``is_free(start, end, step)`` returns whether the points at both ends of a step exclude a
+    #: contact within the step.
     is_free: Callable
     #: ``begin(run_state, step, start)`` begins a search, whose first request is the end of the
     #: step.
@@ -207,7 +212,7 @@ def build_search_steps(register: Callable) -> SearchSteps:
 
     @register
     def shorten_substep(run_state: Any, point: PathPoint) -> bool:
-        # Continue from the point at the end of a part.
+        # `point` is the point at the end of the current part.
         step, low, high, after = (
             run_state.search_step,
             run_state.search_low,

@@ -20,35 +20,35 @@ from chaincor.workflows.engines.ending import (
 from chaincor.workflows.engines.fragment_bounds import reach
 from chaincor.workflows.engines.fragments import Body, Fragments
 
-# A collision is followed for FOLLOWED_TIMES times its own duration plus LEAST_CROSSINGS sound
-# crossings, but at most for MOST_CROSSINGS sound crossings. These three constants are choices. A
-# test of many scenes (`tests/judge/plain.py`), which continues to 20 times the duration, finds no
-# contact after these limits.
+# A collision is followed for FOLLOWED_TIMES times its duration so far plus LEAST_CROSSINGS sound
+# crossings, but at most for MOST_CROSSINGS sound crossings. These three constants are choices. In a
+# test of many scenes (`tests/judge/plain.py`), which follows collisions for 20 times their
+# duration, no contact comes after these limits.
 FOLLOWED_TIMES = 21.0
 LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 200.0
 # A fragment that approaches the wall is followed if it arrives within this number of sound
 # crossings.
 ARRIVAL_CROSSINGS = 200.0
-# Unbroken bodies that still vibrate are followed until they certainly touch or are too far apart to
-# touch, for at most this number of sound crossings after the last contact.
+# Unbroken bodies that still vibrate are followed until it is certain that they touch, or that they
+# are too far apart to touch. This number of sound crossings after the last contact is the limit.
 CERTAIN_CROSSINGS = 2000.0
 
 # An end is argued after a waiting time. The waiting time starts again if the first fragment loses
-# or gains particles, because the disturbance may reach the other end of the fragment. The far end
-# of a long fragment evaporates; therefore one particle in every EVAPORATING may come or go without
-# a new start.
+# or gains particles, because the disturbance may reach the other end of the fragment. Particles
+# evaporate from the far end of a long fragment. A fragment of n particles may therefore lose or
+# gain n/EVAPORATING particles before the waiting time starts again.
 EVAPORATING = 400
 
-# Nearly equal motions of a hot chain agree for this time after the last contact, in units of the
-# time that sound takes through one bond.
+# Two nearly equal motions of a hot chain stay nearly equal for this time after the last contact.
+# The unit is the time that sound takes through one bond.
 EARLY = 100.0
 
-# A moving plane lies between two bodies. Each body has at least this share of the distance, and of
-# the relative speed, between the two.
+# A moving plane separates two bodies. Each body gets at least this share of the distance between
+# the bodies, and of their relative speed.
 _LEAST_SHARE = 0.05
 
 LOOKS_PER_CROSSING = 10.0
-# The interval between checks grows with the time since the contact.
+# The next check comes when the time since the last contact has grown by this factor.
 LOOK_GROWTH = 1.4
 
 
@@ -130,8 +130,8 @@ class EndWatch:
         self._stiffness = bond.stiffness if stiffness is None else stiffness
         self._quiet = sound_round_trip(particles, self._stiffness)
         self._early = min(0.5 * self._quiet, EARLY / self._stiffness**0.5)
-        #: Risk of a return at the last check early enough for nearly equal motions to agree; 1 if
-        #: no check was early enough.
+        #: Risk of a return at the last check before nearly equal motions begin to differ; 1 if
+        #: there was no check before that time.
         self.early_risk = 1.0
         self._last_contact = -math.inf
         self._calm_since = 0.0

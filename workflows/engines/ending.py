@@ -46,17 +46,19 @@ from chaincor.workflows.engines.fragment_bounds import (
 )
 from chaincor.workflows.engines.fragments import Body, Fragments
 
-# Sound in stretched bonds is up to a tenth slower than in bonds of natural length.
+# An end is argued only after this number of sound round trips without a contact. The number exceeds
+# 1 because sound in stretched bonds is up to a tenth slower than in bonds of natural length.
 QUIET_ROUND_TRIPS = 1.1
 
 # The next three constants are choices, not measurements; `tests.judge.plain` counts how often error
 # bars fail with these values. An end is argued if the probability of a return is below
 # RISK_ALLOWED.
 RISK_ALLOWED = 1e-3
-# If nearly equal motions end differently, a return is neglected if it occurs in none of them and
-# its probability is below this limit.
+# If nearly equal motions end differently, a return to the wall is neglected if it occurs in none of
+# these motions and its probability is below this limit.
 RISK_AT_STAKE = 0.02
-# The energy of an ejected part exceeds its bound with this probability.
+# `evaporation` uses a bound on the energy of an ejected part. The true energy exceeds this bound
+# with this probability.
 UNLIKELY = 0.01
 
 EndingKind = Literal["proved", "argued", "open"]
@@ -107,7 +109,7 @@ def return_risk(pieces: Fragments, bond: Potential) -> float:
         return pieces.return_risk
     breaking = breaking_energy(bond)
     if free < breaking or displacement < reach(bond, PAID * breaking, lever):
-        return 1.0  # particle 1 can still be at the wall without breaking a bond
+        return 1.0  # particle 1 can still reach the wall without breaking a bond
     alone = escape_risk(bond, energy, lever, speed, VIBRATIONS * float(pieces.sizes.sum()))
     return min(1.0, pieces.return_risk + alone)
 

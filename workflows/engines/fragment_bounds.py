@@ -20,13 +20,15 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 
-# An end particle that is far out has spent this fraction of the energy that breaks a bond.
+# An end particle that exceeds a certain displacement has spent this fraction of the breaking
+# energy; only the rest of the energy is left for its motion.
 PAID = 0.9
 # Estimates of risk assume that each particle vibrates this number of times.
 VIBRATIONS = 100.0
-# The risk is at least this large if the energy suffices for an escape.
+# The estimated risk of an escape is at least this large if the energy suffices for the escape.
 _LEAST_RISK = 1e-300
-# Bounds are computed and cached for a geometric sequence of energies with this ratio.
+# Bounds are computed and cached for a geometric sequence of energies. This constant is the
+# logarithm of the ratio between neighbouring energies.
 ENERGY_LADDER = math.log(1.03)
 
 
@@ -103,7 +105,7 @@ def _extent(bond: Potential, energy: float) -> tuple[float, float]:
     lowest, longest = bond.strain_range(energy)
     strains = np.linspace(lowest, longest, 66)
     strains = strains[strains != 0.0]
-    with np.errstate(divide="ignore"):  # a bond of zero length
+    with np.errstate(divide="ignore"):  # the energy at zero length may be infinite
         softest = 2.0 * float(np.min(bond.energy(strains) / strains**2))
     return longest, min(bond.stiffness, softest)
 
@@ -143,5 +145,6 @@ def escape_risk(
     decays = math.exp(freedoms * math.log1p(-needed / energy)) if energy > needed else 0.0
     part = (energy - needed) / (energy - breaking)
     times = energy / breaking
-    # An unlikely escape never counts as impossible, even in a long fragment.
+    # In a long fragment, the estimate may underflow to zero. Zero would mean that an escape is
+    # impossible.
     return min(1.0, max(_LEAST_RISK, min(patience * decays, times * part**freedoms)))

@@ -34,7 +34,8 @@ from chaincor.workflows.engines.fragment_bounds import (
     reach,
 )
 
-# All pulls together must leave this fraction of the present speed of separation.
+# The proof requires that all pulls together leave the fragments at least this fraction of their
+# present speed of separation.
 _LEFT = 0.5
 # The bound on the pull includes this factor, because the pull itself makes the gaps smaller.
 _RESERVE = 1.5
@@ -175,7 +176,7 @@ class _Chain:
         )
         apart &= (later >= bond.convex_strain) & (slower >= kept)
         apart &= self._pull(later, kept, apart) <= pulls
-        # At cuts without a proof, use the pull of the present motion.
+        # At cuts without a proof, compute the pull from the present strains and velocities.
         present = self._pull(self.strains[cuts], _LEFT * opening, opening > 0.0)
         worse = self._worsened(energies, np.where(apart, pulls, present), levers)
         return replace(pieces, energies=worse, apart=apart)
@@ -231,7 +232,7 @@ class _Chain:
         near = zip(energies[1:], levers[1:], strict=True)
         last = np.array([self._end(float(energy), lever[1]) for energy, lever in far])
         first = np.array([self._end(float(energy), lever[0]) for energy, lever in near])
-        # Use the present displacements if they exceed the computed ones.
+        # If an end particle is already displaced beyond the computed limit, use its displacement.
         back = np.maximum(last[:, 0], self.displacements[cuts] - means[:-1])
         front = np.maximum(first[:, 0], means[1:] - self.displacements[cuts + 1])
         gaps = (means[1:] - front) - (means[:-1] + back)
@@ -266,7 +267,7 @@ def levers_of(
     """Return the levers of both ends of the fragments that begin at `starts`."""
     through, last = np.cumsum(masses), starts + sizes - 1
     whole = np.add.reduceat(masses, starts)
-    # Mass of the fragment beyond each particle, seen from either end.
+    # `beyond` and `before` are the masses of the fragment after and before each particle.
     beyond = np.repeat(through[last], sizes) - through
     before = np.repeat(whole, sizes) - beyond - masses
     before[starts] = 0.0

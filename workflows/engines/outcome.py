@@ -14,8 +14,8 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.workflows.engines.ending import Ending
 
-# A stable integration does not double the energy. Steps that resolve the bonds cause far smaller
-# errors.
+# A run is unstable if its energy grows by more than this factor. If the steps resolve the
+# vibrations of the bonds, the error of the energy is far smaller.
 MOST_ENERGY_GROWTH = 2.0
 
 
@@ -91,7 +91,7 @@ class Outcome:
     engine: str
     wall: str  #: Wall model of the run.
     scheme: str  #: Scheme of the run; ``modal`` or ``hard-sphere`` for the two exact propagators.
-    timestep: float | None  #: The composed step H; None for exact propagators.
+    timestep: float | None  #: Time step H of the scheme; None for exact propagators.
     #: Displacements right after the last contact; of shape (n,).
     displacements: NDArray[np.float64]
     velocities: NDArray[np.float64]  #: Velocities right after the last contact; of shape (n,).
@@ -102,7 +102,8 @@ class Outcome:
     #: Impulse of the wall at each contact, computed from the incoming state alone; of shape
     #: (contacts,). The sum of the impulses checks the change of the total momentum.
     impulses: NDArray[np.float64]
-    #: Whether it is proved, argued or open that no further contact comes (see ``ending.py``).
+    #: End of the collision. Its kind tells whether the absence of further contacts is proved,
+    #: argued or open (see ``ending.py``).
     ending: Ending
     duration: float  #: Simulated time from the first contact to the end of the run.
     #: Length of the shortest bond up to the last contact, sampled at the ends of steps.

@@ -11,30 +11,30 @@ from chaincor.workflows.measured import measured
 
 # LAMMPS stores absolute coordinates up to n. Their rounding errors are about n eps, whereas
 # displacements are about v0. The constants are |error of eta| / (n eps/v0). SHORT_DRIFT_ROUNDING
-# applies if a stage moves particles by less than `SHORT_DRIFT` times n eps, because rounding errors
-# in so short a drift are not random. The lower limits are choices that cover finer steps and slower
-# chains than the sampled ones.
+# applies if a stage moves particles by less than `SHORT_DRIFT` times n eps, because the rounding
+# errors of such short drifts are not random. The second arguments are lower limits of the
+# constants. They are choices that cover finer steps and slower chains than the sampled ones.
 COORDINATE_ROUNDING: float = measured("coordinate_rounding", 6.0)
 SHORT_DRIFT_ROUNDING: float = measured("short_drift_rounding", 15.0)
 SHORT_DRIFT = 1e3
-# The rounding error of an extrapolated step is this factor times the worst amplification of the
-# weights c_m.
+# Extrapolated steps with the weights c_m cause the error of this constant times sum |c_m| n eps/v0.
 EXTRAPOLATED_ROUNDING: float = measured("extrapolated_rounding")
-# Long chains that break amplify rounding. The reference engine, which stores strains rounded to
-# eps, measures the amplification by two nudges, tiny changes of the speed. Coordinates are rounded
-# n/v0 times more coarsely than strains. The constant is the true error divided by the error that
-# the nudges predict; the lower limit is a choice that covers chains of 1000 particles.
+# Long chains that break amplify rounding errors. The reference engine, which stores strains rounded
+# to eps, measures the amplification with two nudges, which are tiny changes of the impact speed.
+# The rounding errors of LAMMPS's coordinates are n/v0 times larger than those of strains. The
+# constant is the true error divided by the error that the nudges predict. Its lower limit is a
+# choice that covers chains of 1000 particles.
 NUDGE_RESERVE: float = measured("nudge_reserve", 6.0)
 # The amplification is checked if the tolerance is below this factor times the rounding error
 # without amplification. The factor is a choice. Amplifications up to 1e7 occur. Above about 1e5,
 # however, results at different time steps no longer agree, and the estimated error of the step
 # already shows the amplification.
 _AMPLIFICATION_MATTERS = 1e5
-# Rounding in the arithmetic changes eta, the squared mean of n velocities after hundreds of
-# contacts, by this error per particle.
+# Error of eta per particle due to rounding in the arithmetic. Here eta is the squared mean of n
+# velocities after hundreds of contacts.
 ARITHMETIC_FLOOR: float = measured("arithmetic_floor")
 # The rounding error of a run is at most this factor times eps times the square root of the number
-# of kicks. A measured run of 1e8 Verlet steps has a factor of 0.7; the constant is four times
+# of kicks. In a measured run of 1e8 Verlet steps the factor is 0.7; the constant is four times
 # larger.
 _ROUNDINGS = 3.0
 
@@ -48,7 +48,7 @@ def rounding_error(engine: str, problem: Problem, stage: float | None = None) ->
     shortest Verlet step within a step; None if it is not known yet.
     """
     n = problem.all_particles
-    # A displacement is about v0 times the time of a vibration.
+    # Displacements are about the impact velocity divided by the frequency of the bonds.
     v0 = problem.impact_velocity / problem.slow_stiffness**0.5
     arithmetic = arithmetic_error(n, problem.energy_ratio)
     if engine != "lammps":

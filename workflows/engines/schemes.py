@@ -29,15 +29,16 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 
-# Extrapolation to orders 12, 14 and 16 uses these numbers of Verlet steps. LAMMPS, with its
-# coarsely rounded coordinates, uses order 12. Rounding errors grow by the sum of |c_m|. For order
-# 12 this sum is 8, because the last two numbers are 6 and 8; with the numbers 1 to 6 the sum would
-# be 27. For orders 14 and 16 the sums are 56 and 116.
+# Extrapolation to order 12 combines runs with the numbers of Verlet steps in the first tuple;
+# orders 14 and 16 use the other tuples. Extrapolation multiplies rounding errors by the sum of
+# |c_m|. For order 12 this sum is 8, because the last two numbers are 6 and 8; with the numbers 1 to
+# 6 the sum would be 27. For orders 14 and 16 the sums are 56 and 116. LAMMPS uses order 12 because
+# its coordinates are coarsely rounded.
 _COUNTS = ((1, 2, 3, 4, 6, 8), tuple(range(1, 8)), tuple(range(1, 9)))
 
 # SRKN14 of Blanes and Moan (2002), J. Comput. Appl. Math. 142, 313, table 3: fourteen stages,
-# beginning with a drift. The middle drift and the two kicks beside it follow, because all drifts,
-# and all kicks, sum to 1.
+# beginning with a drift. The middle drift and the two kicks beside it are computed below: the
+# drifts sum to 1, and so do the kicks.
 _DRIFTS = (
     0.0378593198406116,
     0.102635633102435,
@@ -93,8 +94,9 @@ class StepScheme:
     #: `VerletKernels` of a potential (see ``reference.stages``). It returns ``take_step(position,
     #: old, new, trial, bonds, wanted, step, rule)``. This function takes one step from the `State`
     #: `old`, writes the result to `new` and returns the new distance of particle 1 from the wall;
-    #: `trial` is scratch. The caller needs only the first `wanted` of the `bonds` in motion after
-    #: the step; each stage before the last stage moves one bond more.
+    #: `trial` is scratch. Only `bonds` bonds are in motion. The caller needs only the first
+    #: `wanted` of these bonds after the step. Each stage moves one bond more than the next stage,
+    #: because the next stage needs its strain.
     build_step: Callable
 
     @property
@@ -194,8 +196,9 @@ def build_extrapolated_step(stages: Any) -> Callable:
                 distance += short * velocity[0]
                 further(strain, velocity, min(bonds, wanted + left), short, short, parameters)
             distance += half * velocity[0]
-            # The weights sum to 1. The combination of differences instead of values avoids rounding
-            # errors in values that do not change.
+            # Add the weighted changes to the old state; this equals the weighted sum of the
+            # results, because the weights sum to 1. Adding changes avoids rounding errors in values
+            # that do not change.
             mix(trial, old, new, wanted, half, weight)
             moved += weight * distance
         return position + moved

@@ -12,8 +12,8 @@ from chaincor.workflows.errors import CostError
 
 # A compiled loop evaluates at most this number of bond forces before it returns to Python, which
 # can then react to Ctrl-C and signals. These evaluations take 0.02 to 0.2 s, depending on the
-# force; a short chain needs one call for its collision. No result depends on this limit, because
-# loops continue exactly where they stopped.
+# force. The whole collision of a short chain fits into one call. No result depends on this limit,
+# because a loop continues exactly where it stopped.
 WORK_AT_ONCE = 20_000_000
 # Collisions may take _LONGER times the estimated time, plus _COMPILING seconds to compile loops.
 _LONGER, _COMPILING = 1.2, 5.0

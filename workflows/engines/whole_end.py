@@ -21,9 +21,9 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.end_watch import LOOK_GROWTH, longest_collision
 from chaincor.workflows.engines.fragment_bounds import ENERGY_LADDER, Lever, breaking_energy, reach
 
-# This bounds the relative energy error of a run, with a large margin.
+# Upper bound on the relative energy error of a run; true errors are far smaller.
 ENERGY_MARGIN = 0.01
-# Bounds are tabulated down to this fraction of the largest energy.
+# `EndBounds` tabulates bounds for energies down to this fraction of the largest energy.
 _LEAST_ENERGY = 1e-4
 
 
@@ -137,7 +137,7 @@ def is_over(
     if not speed > 0.0:
         return False
     free = energy * (1.0 + ENERGY_MARGIN) - 0.5 * whole * speed * speed
-    # To reach the wall, particle 1 must move against the mean velocity.
+    # To reach the wall, particle 1 must move against the mean velocity, which takes this energy.
     free -= 0.5 * speed * speed * bounds.lever
     if free <= 0.0:
         return True

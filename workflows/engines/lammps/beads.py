@@ -24,8 +24,8 @@ from chaincor.workflows.engines.reference.finish import unfinished_error
 from chaincor.workflows.errors import CrossingError, LostAtomsError
 
 # _LOOK is the interval between checks for the end of the collision. The motion of n beads is
-# followed for the time (n + 10) * _FOLLOWED. The unit of time is the time in which two
-# colliding beads stop each other.
+# followed for at most (n + 10) * _FOLLOWED. The unit of time is the time in which two colliding
+# beads stop each other; for _FOLLOWED, the time in which the largest gap closes is added.
 _LOOK, _FOLLOWED = 0.3, 1000.0
 
 
@@ -67,8 +67,8 @@ class _Column:
         n, targets = problem.particles, problem.line.targets
         self._rest = bead_rests(problem.line)
         beads = problem.line.diameters
-        # If the sum of two neighbouring gaps is below this value, a bead overlaps with its second
-        # neighbour or with the wall.
+        # _reach contains minus the diameter of each bead. If the sum of the two gaps beside a bead
+        # is at most this value, the neighbours of this bead touch each other.
         self._reach = -(np.ones(n + targets) if beads is None else beads)[
             : n + targets - 1 - bool(targets)
         ]
@@ -175,7 +175,7 @@ class _Column:
         u, v = self._last
         began = contacts[0].time
         energy_start, energy_end = self._problem.start_energy, line.energy(bond, np.diff(u), v)
-        # LAMMPS does not record the energy lost to damping.
+        # LAMMPS does not record the energy lost to damping; it is the loss of total energy.
         missing = energy_start - energy_end if bond.damping > 0.0 else None
         displacements, velocities = u[first:].copy(), v[first:].copy()
         frames = [(moment - began, x, w) for moment, x, w in self._frames]

@@ -8,7 +8,8 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.contact_search import PathPoint
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 
-# Steps within this time of an event are graded; the unit is 1/frequency of the fastest bond.
+# Steps that are closer to an event than this time are graded (see :class:`SoftContactEvents`). The
+# unit is 1/frequency of the fastest bond.
 _ZONE = 1.0
 
 
@@ -36,7 +37,7 @@ class HardContactEvents:
         self.chain, self.line = chain, line
         self.reduced_mass = line.contact_mass
         self._mass = float(line.chain_masses[0])
-        # This is the index of the target's particle at the contact; None for a rigid wall.
+        # Index of the target's particle at the contact; None for a rigid wall.
         self._place = None if line.rigid else len(line.chain_masses)
         self._target_mass = float(line.masses[line.gap])
 

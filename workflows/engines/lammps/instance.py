@@ -37,7 +37,7 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import check_time, steps_at_once
 
 _RUN_ONE = run_command(1)
-# In one LAMMPS step, a particle with its bond takes the time of this many bond forces in the
+# In one LAMMPS step, a particle and its bond take as much time as this number of bond forces in the
 # reference engine.
 _PARTICLE_WORK = 10
 

@@ -141,5 +141,6 @@ def _range_in_flight(table: BondTable, outcome: Outcome | None) -> tuple[float, 
     if outcome is None or outcome.problem.longest_body == 1:
         return low, high
     shortest, longest = bonds_in_flight(outcome, time_after_last_contact(outcome.problem))
-    # The bond lengths of a coarse run, and of the script, may differ slightly.
+    # `bonds_in_flight` follows the chain with coarse steps; the bond lengths in the script may
+    # differ slightly.
     return min(low, 1.0 - _MARGIN * (1.0 - shortest)), max(high, 1.0 + _MARGIN * (longest - 1.0))

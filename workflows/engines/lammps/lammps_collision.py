@@ -26,8 +26,8 @@ from chaincor.workflows.errors import (
 )
 
 # The reference engine searches for the end at this time after a contact, in units of 1/sqrt(U'').
-# The time between contacts is 1.4 to 2.3 and seldom longer than PATIENCE; an earlier search would
-# be useless.
+# In this unit, the time between two contacts is 1.4 to 2.3 and seldom longer than PATIENCE; an
+# earlier search would usually find another contact.
 PATIENCE = 3.5
 
 
@@ -73,11 +73,11 @@ class ChainCollision:
         self.frame_interval = frame_interval
         self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, Array, Array]] = []
-        # The next contact is late if it does not follow within `patience`; `overdue` is the time
-        # after which it is late.
+        # If no contact follows within `patience`, the search for the end begins at the time
+        # `overdue`.
         self.patience = PATIENCE / problem.slow_stiffness**0.5
         self.overdue = np.inf
-        # The end was found at the time ended_at; frames are needed until frames_until.
+        # ended_at is the time at which the end was found; frames are taken until frames_until.
         self.ended_at, self.frames_until = 0.0, np.inf
         # doubt is the momentum of late contacts about which nearly equal motions disagree.
         self.doubt = 0.0
@@ -189,8 +189,8 @@ class ChainCollision:
                 "forces. Lower the speed or the timestep, or use engine 'reference'"
             )
         if not self.contacts and not self._touched:
-            # The range of bond lengths begins with the first contact, which lasts for a while if
-            # bodies are soft.
+            # The range of bond lengths starts at the first contact. Soft bodies touch for a while
+            # before their contact is recorded; the range starts when they touch.
             self.shortest_seen, self.longest_seen = shortest, longest
             self._touched = self.flight.contact_events.touching
         self.shortest_seen = min(self.shortest_seen, shortest)

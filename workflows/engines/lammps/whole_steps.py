@@ -22,8 +22,8 @@ from chaincor.workflows.engines.reference.loops.cached_kernels import (
 from chaincor.workflows.engines.schemes import StepScheme
 
 _COMMAND = "lammps_command"
-# The scratch array of an extrapolated step has these rows: the state before the step, and the
-# weighted sums of the changes in its parts.
+# Rows of the scratch array of an extrapolated step: position, velocity and force before the step,
+# and the weighted sums of their changes.
 _X, _V, _F, _SUM_X, _SUM_V, _SUM_F = range(6)
 
 
@@ -96,8 +96,9 @@ def build_extrapolation(command: Callable) -> Callable:
             for k in range(len(masses)):
                 masses[k] = steps * steps * true_masses[k]
             command(instance, runs[part].ctypes.data)
-            # The weights sum to 1. The combination of differences instead of values avoids rounding
-            # errors in values that hardly change.
+            # Sum up weighted changes instead of weighted results; because the weights sum to 1,
+            # both give the same state. Summing changes avoids rounding errors in values that hardly
+            # change.
             for i in range(count):
                 scratch[_SUM_X, i] += weight * (x[3 * i] - scratch[_X, i])
                 scratch[_SUM_V, i] += weight * (steps * v[3 * i] - scratch[_V, i])

@@ -39,14 +39,15 @@ from chaincor.workflows.errors import RunError, TimestepError
 
 SCHEME = "adaptive8"
 
-# A single step may have this error, relative to the target error of the restitution. A collision
-# takes 1e3 to 1e6 steps, whose errors mostly cancel.
+# Allowed error of a single step, divided by the target error of the restitution. A collision takes
+# 1e3 to 1e6 steps, whose errors mostly cancel.
 LOCAL_SHARE = 0.03
-# Smaller errors come from rounding and would mislead the step-size control.
+# Least allowed error of a single step. Smaller error estimates would consist of rounding errors,
+# which would mislead the step-size control.
 FINEST_LOCAL = 1e-15
 
-# If the logarithm of a bond length is below this, its strain has no correct digits, and no end is
-# argued.
+# If the logarithm of a bond length is below this value, its strain does not represent the length
+# accurately. The search for the end then waits.
 _LOG_LENGTH_TO_ARGUE = -20.0
 
 
@@ -186,7 +187,8 @@ class _Flight(AdaptiveFlight):
         floor, ceiling = allowed_strains(problem.bond)
         run_state.strain_floor = -math.inf if bond.logarithmic else floor
         run_state.strain_ceiling = ceiling
-        # A guess suffices, because steps that are too large are rejected and shortened.
+        # The first step is only a guess, because steps that are too large are rejected and
+        # shortened.
         run_state.step = 0.05 / (math.sqrt(stiffness) * max(1.0, speed))
         bookkeeping.record_contact(run_state, contacts, 0.0, speed)
         bookkeeping.note_impulse(run_state, contacts, 2.0 * speed)
@@ -224,8 +226,8 @@ class _Flight(AdaptiveFlight):
         quiet = sound_round_trip(problem.particles, problem.slow_stiffness)
         if ending is not None or now - last < quiet or now < self._not_before:
             return ending
-        # A chain that broke is followed with steps of one size after a sound round trip without a
-        # contact.
+        # After a sound round trip without a contact, the end of a broken chain is searched for with
+        # steps of one size.
         shortest = float(self._bond.length_of(bonds.min()))
         along_x = np.append(first, strains), np.append(0.0, velocities)
         ahead = follow(problem, *along_x, now=now, last_contact=last, shortest=shortest)

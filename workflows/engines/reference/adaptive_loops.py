@@ -22,7 +22,9 @@ from chaincor.workflows.engines.contact_search import PathPoint, build_contact_s
 from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.stages import Parameters
 
-# `advance` returns for one of these reasons.
+# `advance` returns for one of these reasons: the collision may be over (ARGUE), an array is full
+# (FULL), no step is accurate enough (STUCK), a strain is not allowed (OUTSIDE), the time `longest`
+# is reached (LATE), `pause` steps are done (PAUSE), or the collision is proved to be over (OVER).
 ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE, OVER = range(7)
 
 # The step-size control aims at the allowed error times SAFETY. It changes the step by a factor
@@ -30,11 +32,11 @@ ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE, OVER = range(7)
 SAFETY = 0.9
 SHRINK, GROW = 0.2, 8.0
 ORDER = 8
-# The method is stuck after this many rejected steps in a row. Sixty rejections already shorten the
-# step by 42 orders of magnitude.
+# The method counts as stuck after this many rejected steps in a row. Sixty rejections already
+# shorten the step by 42 orders of magnitude.
 MOST_REFUSALS = 80
 
-# Here the fields for strains contain the coordinates y.
+# In this engine, the fields for strains contain the bond coordinates y.
 RUN_STATE: Any = np.dtype(
     (
         np.record,
@@ -46,7 +48,7 @@ RUN_STATE: Any = np.dtype(
             ("next_frame", "f8"),
             ("frame_interval", "f8"),
             ("frames", "i8"),
-            ("pause", "i8"),  # number of steps after which `advance` returns
+            ("pause", "i8"),  # value of `steps` at which `advance` returns
         ],
     )
 )
@@ -197,8 +199,8 @@ def build_estimate(largest: Callable, register: Callable) -> Callable:
 
     @register
     def estimate(step: float, path: Any) -> float:
-        # This is Hairer's combination of the error estimates of orders 5 and 3; each is the largest
-        # of all components.
+        # This is Hairer's combination of the error estimates of orders 5 and 3. Each estimate is
+        # the largest among the components of the state.
         low = largest(path.method.third, path.arrays.errors[0], path)
         high = largest(path.method.fifth, path.arrays.errors[1], path)
         if high == 0.0:

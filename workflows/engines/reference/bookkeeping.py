@@ -13,12 +13,13 @@ from chaincor.workflows.engines.contact_search import SEARCH_FIELDS
 # strain is not allowed (OUTSIDE).
 DONE, ARGUE, FULL, CROWDED, OUTSIDE = range(5)
 
-# The end is searched for after this time without a contact, in mean intervals between contacts.
+# The search for the end begins after this time without a contact. The unit is the mean interval
+# between contacts.
 PATIENCE = 2.0
-# The arrays always have room for this many contacts in the next step.
+# Before each step, the arrays have room for this many further contacts.
 SPARE_CONTACTS = 64
-# A step probably has a contact if the parabola of the gap, fitted at the start, ends below this
-# fraction of the distance v0 H.
+# A contact is likely within a step H if the parabola that extrapolates the gap from the start of
+# the step ends below this fraction of the distance v0 H.
 LIKELY = 0.05
 
 # These fields change as the bodies move.
@@ -50,7 +51,7 @@ _LIMITS = [
     ("grading", "f8"),  # ratio of a graded substep to its time from the event
     ("strain_floor", "f8"),  # a strain outside these limits stops the run
     ("strain_ceiling", "f8"),
-    ("step_evaluations", "i8"),  # number of evaluations in one step
+    ("step_evaluations", "i8"),  # number of evaluations of all bond forces in one step
 ]
 _COUNTERS = [
     ("steps", "i8"),  # number of full steps done

@@ -22,13 +22,15 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.engines.time_limit import steps_at_once
 
-# This is the Verlet step in units of 1/frequency of the stiffest bond. While particle 1 is near the
-# wall, the error of its position is below v0/1e3. Later the phase errors are larger, but the
-# particle is far from the wall.
+# Length of a coarse Verlet step, in units of 1/frequency of the stiffest bond. While particle 1 is
+# near the wall, the error of its position is below v0/1e3. Later the phase errors are larger, but
+# the particle is far from the wall.
 COARSE_STEP = 0.1
-# A coarse run must keep the distance from the wall above this fraction of its initial value.
+# In a coarse run, particle 1 must stay farther from the wall than this fraction of its initial
+# distance, the clearance.
 CLEARANCE = 0.5
-# The clearance must be at least this fraction of the amplitude of the bonds, v0/sqrt(U'').
+# A coarse run is started only if the clearance is at least this fraction of the amplitude of the
+# bonds, v0/sqrt(U'').
 LEAST_CLEARANCE = 0.1
 
 
@@ -51,7 +53,7 @@ class CoarseRun:
         self.moving, self.time = moving.copy(), time
         run_state = self.moving.run_state
         run_state["strain_ceiling"] = ceiling
-        # The largest strain is recorded from now on.
+        # From now on, `strain_max` records the largest strain of the coarse run alone.
         run_state["strain_max"] = longest_strain(moving)
         self._step, self._clearance = step, clearance
 

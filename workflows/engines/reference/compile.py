@@ -13,8 +13,8 @@ from chaincor.workflows.engines.reference.loops.cached_kernels import CachedKern
 from chaincor.workflows.engines.reference.loops.fingerprint import has_print
 from chaincor.workflows.errors import CostError
 
-# A fused multiply-add rounds once instead of twice. No other change of the arithmetic is allowed,
-# because steps must stay time-reversible to rounding.
+# The compiler may fuse a multiplication and an addition, which then round once instead of twice. No
+# other change of the arithmetic is allowed, because steps must stay time-reversible to rounding.
 FUSED = frozenset({"contract"})
 # With the error model of NumPy, divisions do not raise, and loops can be vectorised. The loops
 # allocate nothing; therefore they need no reference counts. Python does not call them directly;
@@ -138,7 +138,8 @@ class LoopCompiler:
             from numba import njit
 
             self._hand_to_numba()
-            # With other options, the inner functions would be compiled once more.
+            # These are also the options of the inner functions. With other options, Numba would
+            # compile the inner functions once more.
             return njit(own, forceinline=True, fastmath=set(fastmath), **_OPTIONS)
 
         return CachedKernel(own, dispatcher, self.keep)

@@ -24,10 +24,10 @@ from chaincor.workflows.engines.reference.line_traits import (
 from chaincor.workflows.engines.reference.stages import Parameters, State, VerletKernels
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# Substeps next to an event are at least this fraction of the step. Near the event, the momentum is
-# the integral of a power q of the time. The error of the shortest substep is proportional to the
-# power q + 1 of its length. A longer substep that is as long as its time from the event has an
-# error of similar size.
+# Near an event of soft bodies, a substep is GRADING times as long as its time from the event, but
+# at least SHORTEST_SHARE times the step. The force grows as a power q of the time from the event.
+# The error of the shortest substep is therefore proportional to the power q + 1 of its length;
+# longer substeps have errors of similar size.
 SHORTEST_SHARE = 2.0**-8
 GRADING = 1.0
 
@@ -118,8 +118,8 @@ def _of_two(source: KernelSpec) -> ContactFunctions:
 class Event(NamedTuple):
     """Functions for events in the loop over steps, all registered with the compiler."""
 
-    #: ``direction(run_state)``: 1 if the bodies touch at the next event (the gap falls), and -1 if
-    #: they part.
+    #: ``direction(run_state)``: 1 if the bodies touch at the next event (the gap falls to zero),
+    #: and -1 if they part.
     direction: Callable
     #: ``condition(position, state, direction, parameters)``: the gap and its first and second
     #: derivatives, times the direction. The gap times the direction is positive until the event.
@@ -179,7 +179,7 @@ def build_event(source: KernelSpec, stages: VerletKernels, take_step: Callable) 
 
     @register
     def state_after(time: float, path: SubstepPath) -> PathPoint:
-        # Only the bonds next to the gap are needed.
+        # Move only the bonds next to the gap, because no other bonds affect the condition.
         position, sign, bonds, wanted, kept, near, trial, rule = path
         position = take_step(position, kept, near, trial, bonds, wanted, time, rule)
         return condition(position, near, sign, rule.parameters)

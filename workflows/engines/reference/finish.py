@@ -22,9 +22,9 @@ from chaincor.workflows.errors import (
     UnfinishedCollisionError,
 )
 
-# A run for comparison continues for this time after the last contact of the run that it is compared
-# with. The unit is the time that sound takes through one bond. KNOWN_MARGIN exceeds the time
-# between contacts, and the difference in contact times between both runs.
+# A run for comparison continues for this time after the last contact of the first run. The unit is
+# the time that sound takes through one bond. KNOWN_MARGIN exceeds the time between contacts, and
+# the difference between the contact times of the two runs.
 KNOWN_MARGIN = 5.0
 
 # A bond whose strain exceeds this fraction of its data range may have left the range within one
@@ -52,7 +52,8 @@ class LastContact:
     #: Energy lost to damping until the end of the last contact; None without damping.
     dissipated: float | None = None
     tracked: dict[str, float] = field(default_factory=dict)  #: Values of `tracked.TRACKED`.
-    #: Total energy, if it is known more accurately than from the strains.
+    #: Total energy; None if it must be computed from the strains and velocities, which is less
+    #: accurate.
     energy: float | None = None
 
 
@@ -96,7 +97,8 @@ def finish(
         )
     taken = last.dissipated
     if taken is None and line.contact.damped:
-        # loops with fixed steps do not record the energy lost to damping
+        # loops with fixed steps do not record the energy lost to damping; it is the loss of total
+        # energy
         taken = energy_start - energy_end
     low, high = last.bond_range
     displacements = displacements_from(last.position, last.strains)

@@ -37,18 +37,19 @@ from chaincor.workflows.measured import measured
 
 SCHEME = "hard-sphere"
 
-# A run of three particles has velocities accurate to _TRIPLE_ACCURACY; its vibration energy is
-# known down to _LEAST_LOSS.
+# Three particles are run with the target error _TRIPLE_ACCURACY. Their vibration energy, as a
+# fraction of the total energy, is known down to _LEAST_LOSS.
 _TRIPLE_ACCURACY = 1e-12
 _LEAST_LOSS = 1e-22
 # Three particles are run at speeds up to this limit, in units of v*. At higher speeds the loss is
 # below _LEAST_LOSS, and the slow vibration after the particles have separated consists of rounding
 # errors, which no step can follow.
 _FASTEST_TRIPLE = 1e6
-# Twenty halvings of the highest speed reach v*, at which a run succeeds for every bond that has a
+# The speed of three particles is halved at most this many times, until a run succeeds. Twenty
+# halvings of the highest speed already reach v*, at which a run succeeds for every bond that has a
 # v*.
 _MOST_HALVINGS = 40
-# For all measured bonds, the loss falls with at least this power of the speed.
+# For all measured bonds, the loss falls at least as fast as 1/speed to this power.
 _LEAST_POWER: float = measured("sphere_power")
 
 

@@ -45,11 +45,11 @@ PLAIN = LineTraits(WALL, True)
 class LineParameters(NamedTuple):
     """Parameters of forces and masses if masses are unequal or both bodies are particles."""
 
-    bond: Any  #: Parameters of the kernel of the potential; tuple of float.
+    bond: Any  #: Parameters of the potential for its force kernel; tuple of float.
     #: Inverse masses along x, of shape (N,); 0 for a rigid wall that counts as a particle.
     inverse: Array
     gap: int  #: Index of the gap among the strains; -1 for a hard wall.
-    contact: Any  #: Parameters of the kernel of the contact law; tuple of float.
+    contact: Any  #: Parameters of the contact law for its force kernel; tuple of float.
 
     @classmethod
     def of(cls, line: Line, bond: tuple[float, ...]) -> "LineParameters":

@@ -30,26 +30,27 @@ from chaincor.workflows.engines.reference.finish import End, strain_error, unfin
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.errors import RunError
 
-# Steps of order 8 have this length, in units of 1/frequency of the stiffest bond. The motion is
-# then accurate to some parts in 1e7.
+# Length of the steps of order 8 in `follow`, in units of 1/frequency of the stiffest bond. The
+# motion is then accurate to some parts in 1e7.
 STEP = 0.3
 
-# The motion of a chain that broke is repeated with the step of the run times each of the factors
-# _SAMPLES. If these motions end differently, _MORE_SAMPLES follow. The cost grows with the square
-# of the number of particles. A chain longer than `_MOST_SAMPLED` is therefore followed only once,
-# from its last contact on. Two motions of such a chain would already differ in earlier contacts.
+# The motion of a chain that broke is repeated at several steps: the step of the run times each
+# factor in _SAMPLES, and in _MORE_SAMPLES if the first motions end differently. The cost grows with
+# the square of the number of particles. A chain longer than _MOST_SAMPLED is therefore repeated
+# only once, from its last contact on. Repeated from the start, the motion of such a chain would
+# already differ in earlier contacts.
 _SAMPLES = (0.97, 0.91, 0.83, 0.77)
 _MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
 _MOST_SAMPLED = 400
-# A single run is followed for this many sound round trips. Fragments separate in this time. During
-# the last round trip, a return must be unlikely.
+# `_follow_on` continues the run for at most this many sound round trips. Fragments separate in this
+# time. During the last round trip, a return to the wall must be unlikely.
 _CALM = 3.0
-# If one of a few motions has a late contact, its impulse in the true motion may be larger by this
-# factor. The factor and the number of motions are choices; `tests.judge.plain` counts how often the
-# error bars contain the true value.
+# If some of the repeated motions have a late contact, the impulse of this contact in the true
+# motion may be larger by this factor. The factor and the number of motions are choices;
+# `tests.judge.plain` counts how often the error bars contain the true value.
 _HARDER = 1.5
-# Two motions agree if the speeds and energies of their first fragments differ by less than this
-# fraction of v0 and of the larger energy.
+# Motions agree if the speeds of their first fragments differ by at most this fraction of v0, and
+# the energies of these fragments by at most this fraction of the largest energy.
 _ALIKE = 0.01
 
 
@@ -81,10 +82,11 @@ class LookAhead:
         self._long = problem.longest_body > _MOST_SAMPLED
         self._quiet = sound_round_trip(problem.longest_body, problem.slow_stiffness)
         self._not_before = 0.0
-        # Largest impulse among contacts that occur, or may occur, only in some motions.
+        # Largest impulse among contacts that occur, or may occur, only in some of the repeated
+        # motions.
         self.doubt = 0.0
-        # _awaited contains the number of contacts so far, and the impulse of the next contact in
-        # other motions.
+        # _awaited contains the number of contacts when repeated motions had a further contact, and
+        # the impulse of this contact.
         self._awaited = (0, 0.0)
 
     def times(self) -> tuple[float, float]:
@@ -146,10 +148,11 @@ class LookAhead:
         now, last = self.times()
         if now < self._not_before:
             return None
-        # After a sound round trip, the end of a broken chain hardly depends on the accuracy of the
-        # steps.
+        # After a sound round trip, coarse steps suffice, because the end of a broken chain hardly
+        # depends on the accuracy of the steps.
         if now - last > self._quiet:
-            # A long chain takes exact steps on all cores, but coarse steps on only one.
+            # For a long chain, coarse steps save no time, because they use only one core; exact
+            # steps use all cores.
             if problem.longest_body > LEAST_ACTIVE:
                 return None
             single = self._follow_on(now, last) if early_risk <= RISK_AT_STAKE else None

@@ -38,11 +38,11 @@ from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, check_time
 from chaincor.workflows.errors import UnfinishedCollisionError
 
 SCHEME = "modal"
-# Bond strains are sampled at the shorter of two intervals: _SAMPLING in units of 1/(mean frequency
-# of the modes, weighted by energy), and SAMPLE_INTERVAL in units of sqrt(mean mass/U''(1)). In a
-# chain of equal masses (omega <= 2), the largest sampled strain of a bond is then within 3 % of its
-# largest strain. _SAMPLES_AT_ONCE samples are computed together; one flight has at most
-# _MOST_SAMPLES.
+# Bond strains are sampled at the shorter of two intervals. The unit of _SAMPLING is 1/frequency,
+# with the mean frequency of the modes, weighted by energy. The unit of SAMPLE_INTERVAL is sqrt(mean
+# mass/U''(1)). In a chain of equal masses (omega <= 2), the largest sampled strain of a bond is
+# then within 3 % of its largest strain. _SAMPLES_AT_ONCE samples are computed together; one flight
+# has at most _MOST_SAMPLES.
 _SAMPLING = 0.5
 SAMPLE_INTERVAL = 0.25
 _SAMPLES_AT_ONCE = 32
@@ -56,8 +56,9 @@ _ROUNDINGS = 1e-14
 # which takes minutes.
 _MOST_WORK = 2e9
 _WORK_AT_ONCE = WORK_AT_ONCE / 60  # one window of one mode costs 60 bond forces
-# To change all rounding errors, the masses are multiplied by one of these factors. A power of 4
-# would change nothing, because its square root is exact.
+# To measure the effect of rounding errors on eta, a collision is repeated with all masses
+# multiplied by each factor. A power of 4 would not change the rounding errors, because its square
+# root is exact.
 _FACTORS = (0.61, 1.7, 2.3)
 # One call of the loop records at most this number of mode amplitudes.
 _RECORDED = 200_000
@@ -170,7 +171,7 @@ class _Collision:
         self.contact_times: list[float] = []
         self.contact_speeds: list[float] = []
         self.time = 0.0
-        # The range covers the time from the first contact to the last contact.
+        # Range of the strains between the first and the last contact.
         self.strain_min, self.strain_max = math.inf, -math.inf
 
     def run(self) -> Ending:
@@ -178,9 +179,9 @@ class _Collision:
         self._start()
         gap, run_state = self._gap, np.zeros(1, RUN_STATE)[0]
         run_state.gap, run_state.flown = gap.distance, self.time
-        # This is twice the reduced mass of the contact, computed from the rounded shapes. With this
-        # value a contact conserves the energy to rounding; therefore no error accumulates over many
-        # contacts.
+        # `exchange` is twice the reduced mass of the contact. It is computed from the rounded
+        # shapes; each contact then conserves the energy to rounding, and no error accumulates over
+        # many contacts.
         exchange = 2.0 / math.fsum(gap.shape**2)
         modes, worked, bounce = len(gap.omega), 0.0, mode_loops().bounce
         most = max(_RECORDED // modes, 1)
@@ -238,7 +239,7 @@ class _Collision:
                 "presses it there, which is no collision of hard particles. Let particle 1 "
                 "approach, or leave a gap"
             )
-        # Rounding must not decide whether the bodies part.
+        # Move the bodies for a short time; otherwise rounding would decide whether they part.
         self.time = _FIRST_MOVE * mode_loops().taylor_window(gap.modes, 0.0)
         self._gap = gap.drifted(self.time)
 
@@ -294,8 +295,8 @@ class _Collision:
         if bodies.target is not None:
             masses = line.target_masses
             whole = float(np.sum(masses))
-            # The total momentum is conserved; this gives the velocity and the displacement of the
-            # target's centre of mass.
+            # The velocity and the displacement of the target's centre of mass follow from the
+            # conservation of the total momentum.
             share = line.reduced_mass / whole
             drift = -share * (gap.mean_velocity - self._approach)
             drifted = self._approach * (moment + self._flown_before)

@@ -26,8 +26,8 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.reference.mode_loops import Modes, mode_loops
 
-# The mode shapes of n unequal masses are a matrix, which takes a time proportional to n^3: 0.7 s
-# for n = 300, 12 s for n = 1000.
+# Largest number of unequal masses. The time to compute their mode shapes is proportional to n^3:
+# 0.7 s for n = 300, 12 s for n = 1000.
 MOST_UNEQUAL = 600
 
 

@@ -13,17 +13,16 @@ from chaincor.workflows.engines.reference.compile import LoopCompiler
 
 # The Taylor series of ``mode_flight`` has this many terms.
 TERMS = 26
-# `bounce` returns PROVED if no contact can come any more, and MORE if it has done its share of the
-# work.
+# `bounce` returns PROVED if it is proved that no further contact comes, and MORE if it must be
+# called again because it has done its share of the work.
 PROVED, MORE = range(2)
 
-# This is the remainder of the Taylor series of the gap, relative to the sum of the speeds of all
-# modes.
+# Largest remainder of the Taylor series of the gap, relative to the sum of the speeds of all modes.
 _REST = 1e-19
 _FACTORIAL = float(math.factorial(TERMS))
-# This margin exceeds the rounding error of the sum over all modes.
+# The proof uses this factor to cover the rounding error of a sum over all modes.
 _PROOF_MARGIN = 1.0 + 1e-9
-# The work of a contact equals the work of this many windows.
+# A contact takes as much time as this number of windows.
 _CONTACT_WORK = 2.0
 
 # With _EXACT, the compiler may not change any rounding. With _SUMS, it may sum in any order, so

@@ -27,7 +27,8 @@ from chaincor.workflows.engines.reference.stages import Parameters, State, Verle
 from chaincor.workflows.engines.reference.tracked import Overlapping, build_track
 from chaincor.workflows.engines.schemes import StepCoefficients
 
-# A log reserves room for this many substeps in one step. Soft contacts need many graded substeps.
+# A log has room for this many substeps of the next step; the second number applies to soft
+# contacts, which need many graded substeps.
 SPARE_SUBSTEPS, SPARE_GRADED_SUBSTEPS = 8, 256
 
 # In a cold chain, a disturbance cannot reach a bond that is this many bonds ahead of the front
@@ -37,8 +38,8 @@ FRONT_MARGIN = 16
 # A bond is ahead of the front if its strain is below this factor times the impact velocity. The sum
 # of all strains neglected in a run is orders of magnitude below the rounding error.
 FRONT_THRESHOLD = 1e-24
-# The front advances by a full vector of bonds at a time, because the remainder of a vectorised loop
-# is scalar.
+# The front advances by a full vector of bonds at a time, because a vectorised loop handles the
+# remaining bonds one by one.
 FRONT_BLOCK = 8
 
 
@@ -144,7 +145,7 @@ def build_motion(source: KernelSpec, stages: VerletKernels, build_step: Callable
                     )
                     run_state.evaluations += run_state.step_evaluations
                 if not wall and run_state.touching:
-                    # While the bodies overlap, the condition has the opposite sign.
+                    # While the bodies overlap, the condition is minus the gap and its derivatives.
                     ended = condition(run_state.position, now, -sign, parameters)
                     before = Overlapping(-start[0], -start[1], -start[2])
                     track(tracked, before, Overlapping(ended[0], ended[1], ended[2]), moved)

@@ -30,8 +30,8 @@ class Stepper:
     line: Line  #: Bodies.
     bond: Potential  #: Potential of all bonds.
     kernels: Kernels  #: Loops.
-    #: Coefficients of the scheme and parameters of the bonds, also of masses and contact if these
-    #: are not standard.
+    #: Coefficients of the scheme and parameters of the bonds. If the masses or the contact are not
+    #: standard, their parameters are included.
     rule: StepCoefficients
     scheme: StepScheme  #: Scheme of a step.
     step: float  #: Whole step H.
@@ -302,5 +302,6 @@ class Motion:
                 return status
 
 
-# Cache of the last problem, its scheme and its start, for runs of one collision at several steps.
+# Last problem, its scheme and its initial motion, cached for runs of one collision at several
+# steps.
 _last_start: list[tuple[Problem, StepScheme, Motion]] = []

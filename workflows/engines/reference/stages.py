@@ -31,7 +31,7 @@ from chaincor.workflows.engines.reference.line_traits import (
 # potential has its own NamedTuple type for its parameters.
 Parameters = Any
 
-# This is the size of a cache line in bytes.
+# Size of a cache line in bytes.
 LINE = 64
 _ON_A_LINE = LINE // 8
 
@@ -103,10 +103,10 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
     mean_force = push if drag is None else build_mean_force(register(drag), register)
 
     def passing(in_place: bool) -> Callable:
-        # The force of each bond is reused for the next bond. LLVM can vectorise a loop that reads
-        # ahead and writes behind, and one pass needs less memory traffic than two passes. The
-        # in-place version is a separate function, because LLVM does not vectorise a loop if its old
-        # and new arrays may be the same.
+        # One pass over the bonds computes each force once and uses it for both particles of the
+        # bond. One pass needs less memory traffic than two passes, and LLVM can vectorise a loop
+        # that reads ahead and writes behind. The in-place version is a separate function, because
+        # LLVM does not vectorise a loop if its old and new arrays may be the same.
         @register
         def pass_bonds(
             bonds: int,
@@ -164,8 +164,8 @@ def looped_stages(source: KernelSpec) -> VerletKernels:
                     )
                 given = over_mass(kick, gap, parameters) * (behind - ahead)
                 velocity[gap] = old_velocity[gap] + given
-                # Only loops that begin at 0 are vectorised, because other indices may count from
-                # the end.
+                # The loop runs over slices, because only loops that begin at 0 are vectorised. Any
+                # other index might be negative and count from the end of an array.
                 begin = gap + 1
                 rest = bonds - begin
                 old_rest = old_strain[begin:], old_velocity[begin:]

@@ -206,7 +206,7 @@ class _Collision:
         if status == bookkeeping.ARGUE and line.at_wall and line.cold:
             speed, momentum = float(run_state["impact_velocity"]), float(run_state["momentum"])
             if not abs(momentum) <= MOST_ENERGY_GROWTH * line.chain_masses.sum() * speed:
-                # If the step is too long, the chain may leave faster than it arrived.
+                # A chain leaves faster than it arrived only if the step is too long.
                 raise self.look_ahead.unresolved()
             masses = None if line.unit else line.chain_masses
             state = moving.gap, moving.strain

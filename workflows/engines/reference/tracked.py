@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from chaincor.lammps_inputs.arrays import Array
 
-# The search for a turning point shortens its interval this many times; because of rounding, more
-# steps would change nothing.
+# The search for the largest overlap shortens its interval this many times; because of rounding,
+# further steps would change nothing.
 _TERNARY_STEPS = 52
 
 

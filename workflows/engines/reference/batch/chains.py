@@ -70,7 +70,7 @@ class ManyRuns(Rows):
     #: Whether no end was found within the simulated time allowed, of shape (runs,). A run at
     #: another step would then find no end either.
     endless: NDArray[np.bool_]
-    #: End of each run, of shape (runs,); None if the end was not searched for.
+    #: End of each run, of shape (runs,); None if no end was searched for.
     endings: NDArray[np.object_]
     durations: Array  #: Simulated time from the first contact to the end; of shape (runs,).
     evaluations: NDArray[np.int64]  #: Number of evaluations of all bond forces; of shape (runs,).

@@ -22,15 +22,15 @@ from chaincor.workflows.engines.schemes import StepCoefficients
 # remainder.
 LANES = 16
 
-# A chain in motion has the status MOVING. The other statuses state why a chain stopped: a reason
-# from ``bookkeeping``, an end that the loop proved (PROVED), no end within the time allowed
-# (ENDLESS), or a recorded end (ENDED).
+# A chain in motion has the status MOVING. The other statuses give the reason why a chain stopped: a
+# reason from ``bookkeeping``, an end that the loop proved (PROVED), no end within the allowed
+# simulated time (ENDLESS), or an end that is already recorded (ENDED).
 MOVING = -1
 PROVED, ENDLESS, ENDED = 5, 6, 7
 
-# One of these values describes the next move of a chain: it is unknown whether a contact ends the
-# move (OPEN); a contact ends it (MEETS); no contact ends it (FREE); no contact ends it, but a first
-# attempt of this move had to be undone (REPEATED).
+# What is known about the next move of a chain: it is unknown whether a contact ends the move
+# (OPEN); a contact ends the move (MEETS); no contact ends the move (FREE); no contact ends the
+# move, whose first attempt had to be undone (REPEATED).
 OPEN, MEETS, FREE, REPEATED = range(4)
 
 # A chain moves by whole steps; a contact divides its step into several moves.
@@ -39,9 +39,9 @@ MOVE: Any = np.dtype(
         np.record,
         [
             ("begun", "f8"),  # time at which the step of the chain began
-            ("left", "f8"),  # rest of this step
+            ("left", "f8"),  # time left in this step
             ("duration", "f8"),  # duration of the next move
-            ("known", "i8"),  # fact known about this move: OPEN, MEETS, FREE or REPEATED
+            ("known", "i8"),  # what is known about this move: OPEN, MEETS, FREE or REPEATED
         ],
     )
 )
@@ -177,7 +177,8 @@ def build_lane_step(source: KernelSpec, split: bool) -> Callable:
     def stage(
         state: LaneState, room: Room, drift: float, kick: float, bonds: int, parameters: Any
     ) -> None:
-        # If more bonds follow, the impulse on the last particle is wrong; it is then not used.
+        # If the chain has further bonds, the new velocity of the last particle is wrong and is not
+        # used.
         strain, velocity, distance = state
         _, _, _, parts, forces, weights = room
         for k in range(LANES):

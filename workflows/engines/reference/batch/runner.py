@@ -32,7 +32,8 @@ from chaincor.workflows.engines.time_limit import WORK_AT_ONCE, steps_at_once
 from chaincor.workflows.engines.whole_end import EndBounds, certain_at, next_look
 from chaincor.workflows.errors import RunError
 
-# A longer chain fills the vector units without other chains. The limit affects only the cost.
+# Chains up to this length run side by side in SIMD lanes. A longer chain fills the vector units
+# alone. The limit affects only the cost.
 LONGEST_IN_LANES = 90
 # A collision usually lasts this many sound crossings.
 _USUAL_CROSSINGS = 5.0
@@ -75,7 +76,7 @@ class Batch:
         n = self.particles
         duration = _USUAL_CROSSINGS * 2.0 * (n + 10.0) / self._stiffness**0.5
         work = duration / step * self._scheme.evaluations * n
-        # With at least this many collisions, few lanes are empty towards the end.
+        # With at least 4 * LANES collisions, few lanes are empty towards the end.
         return int(min(max(WORK_AT_ONCE / work, 4 * LANES), 1024))
 
     def follow(self, starts: StartStates, steps: Array) -> ManyRuns:
@@ -188,7 +189,7 @@ class Batch:
     def _follow_alone(self, problem: Problem, group: Chains, s: int) -> Ending | None:
         """Follow a chain that may break to its end; return None if it needs a single run."""
         chain = group.chain(s)
-        # lanes move all bonds, and the result must not differ
+        # move all bonds, as SIMD lanes do, so that the result is the same
         chain.run_state["active"] = self.particles - 1
         try:
             ending, group.durations[s], evaluations = follow_on(problem, chain)

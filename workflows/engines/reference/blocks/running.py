@@ -36,7 +36,7 @@ ALIGNED = 64
 # A block is at least this many times as long as its margin. With smaller blocks, too many bonds are
 # computed twice.
 LEAST_MARGINS = 8
-# A second core saves time if at least this many bonds move.
+# Several cores save time only if at least this many bonds move.
 LEAST_ACTIVE = 6000
 
 

@@ -127,7 +127,7 @@ class CachedKernel:
         needs = []
         for value in (*module.functions, *module.global_variables):
             if not value.is_declaration:
-                # Loops would share exported symbols with the same name.
+                # Otherwise, loops would share exported symbols with the same name.
                 value.linkage = "internal" if value.name != entry.name else "external"
             elif value.name.startswith(_NUMBAS_OWN):
                 raise TypeError(f"{self._function.__qualname__} needs {value.name} of Numba")
@@ -152,8 +152,8 @@ def _take_apart(arguments: tuple, kinds: list, values: list) -> None:
     for argument in arguments:
         if isinstance(argument, np.ndarray):
             kinds.append((argument.dtype.str, argument.ndim, argument.flags.num & _LAYOUT))
-            # This is how Numba represents an array; the two zeros stand for a missing owner and its
-            # reference count.
+            # Numba represents an array by these values; the two zeros stand for a missing owner and
+            # its reference count.
             values += (0, 0, argument.size, argument.itemsize, _address(argument))
             values += argument.shape
             values += argument.strides

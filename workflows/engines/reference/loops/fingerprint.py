@@ -30,7 +30,8 @@ def has_print(function: FunctionType) -> bool:
     return True
 
 
-# The contents of these modules do not change; names from other modules are described.
+# Modules whose contents do not change. A fingerprint contains only their names; of other modules,
+# it describes all objects that the function uses.
 _LASTING = {"math", "numpy"}
 
 

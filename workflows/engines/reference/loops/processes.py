@@ -31,8 +31,8 @@ sys.path[:] = pickle.load(sys.stdin.buffer)
 function, arguments = pickle.load(sys.stdin.buffer)
 function(*arguments)
 """
-# The parent process waits this many seconds for the helper. The helper starts first and has less to
-# do; if it takes longer, it has been delayed.
+# When its own work is done, the parent process waits this many seconds for the helper. The helper
+# has less to do; if it needs more time, it has been delayed.
 _HELPER_TIMEOUT = 10.0
 
 # This event is set while a loop is compiled; progress displays report the compilation.
