@@ -7,7 +7,8 @@ import numpy as np
 
 Axis = Sequence[Mapping[str, Any]]
 
-# Values of longer ranges are computed on request, because each value in memory takes 8 bytes.
+# If a range has more values than this, each value is computed when it is needed. In memory it would
+# take 8 bytes.
 _MOST_KEPT = 1_000_000
 
 

@@ -19,7 +19,7 @@ from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 MACHINE_FAILURES = (OSError, MemoryError)
 # Each worker has one running task and one waiting task, which begins without a delay.
 TASKS_PER_WORKER = 2
-# Seconds that new processes need to start.
+# New processes need this many seconds to start. Shorter work is done in this process.
 SOONER_HERE = 3.0
 # Seconds between two checks whether workers have prepared the next task.
 _LOOK_SECONDS = 0.02
@@ -97,7 +97,7 @@ def carry_out(
             for future in ended:
                 found, unsettled = _ended(future, pending[future])
                 done += found
-                # computed next, because long collisions should not come last
+                # computed next, because long collisions should not be started last
                 again.extendleft(unsettled)
             take(done)
             for future in ended:
@@ -157,8 +157,8 @@ def _ended(future: Future, task: Task) -> tuple[Done, list[Task]]:
             "executor: finished results are in the store, if there is one"
         ) from None
     except (WorkerDiedError, *MACHINE_FAILURES) as error:
-        # If the task has several collisions, each runs again alone, and the failing one reports its
-        # error.
+        # If a task of several collisions fails, each collision runs again alone, and the one that
+        # fails reports its error.
         found = [error if len(task) == 1 else None] * len(task)
     pairs = list(zip(task, found, strict=True))
     unsettled = [[asked] for asked, each in pairs if each is None]

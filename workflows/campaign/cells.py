@@ -14,7 +14,7 @@ from chaincor.workflows.errors import SweepError
 
 # Number of cells that are created at a time. A process needs some seconds to describe them.
 WINDOW = 8192
-# Multiplication by these odd numbers scatters the bits of an index.
+# The index of a cell is multiplied by these odd numbers to scatter its bits.
 _ROUNDS = (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB, 0xD6E8FEB86659FD93)
 _WORD = (1 << 64) - 1
 

@@ -19,7 +19,8 @@ from chaincor.workflows.versions import version_of
 _CONNECT_SECONDS = 10.0
 # A scheduler counts as lost if it does not answer for longer than this.
 _PATIENCE_SECONDS = 5.0
-# When this client leaves, the scheduler drops its tasks. The client therefore waits only this long.
+# Longest time that closing the client may take. The scheduler then drops the client's tasks by
+# itself.
 _LEAVE_SECONDS = 1.0
 # Seconds between two messages that the scheduler has no workers.
 _REPORT_SECONDS = 60.0
@@ -97,8 +98,8 @@ class DaskCluster(Executor):
     def _compare_versions(self) -> None:
         """Raise SchedulerError if a worker lacks chaincor or has another version of it."""
         own = version_of("chaincor")
-        # This function is from the standard library, because workers without chaincor could not
-        # load one of its functions.
+        # Workers without chaincor could not load a function of chaincor. This function is therefore
+        # from the standard library.
         asked = self._client.run(importlib.metadata.version, "chaincor", on_error="return")
         for worker, version in sorted(asked.items()):
             if isinstance(version, Exception):
@@ -128,8 +129,8 @@ class DaskCluster(Executor):
         result.set_running_or_notify_cancel()
         from distributed.protocol import pickle
 
-        # Dask would turn each point of a list into a node of its graph, and its scheduler would
-        # keep the nodes of finished tasks. It forwards bytes as they are.
+        # Dask would turn each point of a list into a node of its graph, and the scheduler would
+        # keep the nodes of finished tasks. Dask forwards bytes as they are.
         call = pickle.dumps((function, args, kwargs))
         # pure=False, because equal calls in different sweeps are different tasks.
         task = self._client.submit(_call, call, pure=False)
@@ -243,7 +244,7 @@ def _connect(address: str) -> Any:
             f"Dask has no certificates for {address}. Set distributed.comm.tls in Dask's own "
             "settings"
         )
-    # A lost scheduler must end the sweep instead of leaving it waiting for results.
+    # If the scheduler is lost, the sweep must end instead of waiting for results forever.
     dask.config.set({"distributed.comm.timeouts.connect": _CONNECT_SECONDS})
     try:
         return Client(address, timeout=_CONNECT_SECONDS, name="chaincor", set_as_default=False)

@@ -146,7 +146,7 @@ def _collide_group(group: Group, workers: int) -> Iterator[Sample | None]:
     tolerance = group.scene.asked_tolerance
     assert tolerance is not None
     warm_solver = WarmSolver(group.scene.problem, tolerance)
-    # Loops are compiled, and shared values computed, before threads start.
+    # This call compiles the loops and computes shared values before threads start.
     warm_solver.solve(group[:1].starts(), group.velocities[:1])
     share = min(warm_solver.share(float(np.median(group.velocities))), -(-len(group) // workers))
     parts = (group[k : k + share] for k in range(0, len(group), share))
@@ -163,8 +163,8 @@ def _samples(warm_solver: WarmSolver, group: Group) -> list[Sample | None]:
     try:
         met = warm_solver.solve(group.starts(), group.velocities)
     except MACHINE_FAILURES as error:
-        # If the task has several collisions, each runs again alone, and the failing one reports its
-        # error.
+        # If a task of several collisions fails, each collision runs again alone, and the one that
+        # fails reports its error.
         return [Sample.of(group[0], error) if len(group) == 1 else None] * len(group)
     bars = met.step_error + met.rounding
     samples: list[Sample | None] = [None] * len(group)

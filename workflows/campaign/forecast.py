@@ -53,8 +53,8 @@ class Forecast:
         """
         each_stands_for = 1.0 if weight is None else weight
         costs = [each.cost for each in with_batches(asked, each_stands_for)]
-        # Five arrays: two with one number per contact, three with one per particle. There are
-        # hardly more contacts than particles.
+        # Two arrays have one number per contact, and three arrays have one number per particle.
+        # There are hardly more contacts than particles.
         sizes = [_ARRAY_BYTES + 5 * 8 * each.particles for each in asked if arrays]
         room = _ROW_BYTES[details] * len(asked) + sum(sizes)
         return cls(

@@ -123,7 +123,7 @@ def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None
                 f"velocities has the shape {each.shape}, or values that are not positive. Give "
                 f"{samples} finite numbers above 0"
             )
-        # If any velocity is invalid, the slowest or the fastest one is invalid too.
+        # If any velocity is invalid, the smallest or the largest velocity is invalid, too.
         for velocity in {float(np.min(each)), float(np.max(each))}:
             scene.without("speed").replace(velocity=velocity)
     return Group(scene, seeds, each, range(samples))

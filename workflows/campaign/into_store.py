@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 # Number of points that a worker prepares in one task.
 _DESCRIBED = 2048
-# Largest number of windows that are prepared in advance.
+# Largest number of windows, of `WINDOW` points each, that are prepared in advance.
 _MOST_PREPARED = 12
 
 
@@ -99,8 +99,8 @@ class IntoStore:
         self._recompute, self._retry_failed, self._keep_jobs = recompute, retry_failed, keep_jobs
         self.tally = Tally()  #: Counts so far.
         self._version, self._shared = store.version(), False
-        # New results for rows with arrays need their own arrays. Otherwise a worker sends none,
-        # because arrays take most of the time of a transfer.
+        # Workers send arrays only if they are requested, or if a new result may replace a row that
+        # has arrays. Arrays take most of the time of a transfer.
         self._sends_arrays = arrays or store.has_arrays()
         self._cells: Cells | None = None
         self._windows: Iterator[list[Point]] = iter(())
@@ -215,7 +215,8 @@ class IntoStore:
 
     def _is_wanted(self, asked: Sequence[CollisionRequest]) -> Sequence[bool]:
         """Return, for each collision, whether no other sweep has stored it in the meantime."""
-        # After another program has written to the store, each collision is looked up again.
+        # After another program has written to the store, each collision is looked up again before
+        # it is computed.
         self._shared = self._shared or self._store.version() != self._version
         if not self._shared:
             return [True] * len(asked)

@@ -108,7 +108,8 @@ class Point(NamedTuple):
         key = "speed" if "speed" in self.fields else "velocity"
         others = [(name, value) for name, value in self.fields.items() if name != key]
         plain = all(isinstance(value, str | int | float) for _, value in others)
-        # Numbers that are equal, such as 1 and True, can be valid or invalid.
+        # `repr` distinguishes equal values of different types, such as 1 and True, of which only
+        # one may be valid.
         return key, repr((self.folder, others)) if plain and key in self.fields else None
 
 

@@ -121,8 +121,8 @@ class _Worker:
 
     def _receive(self) -> tuple[Any, BaseException | None]:
         try:
-            # If another process inherited this end of the pipe, the pipe would stay open after the
-            # worker's death.
+            # The sentinel reports the worker's death even if another process has inherited the
+            # worker's end of the pipe and keeps it open.
             if self._pipe in wait([self._pipe, self._process.sentinel]):
                 return self._pipe.recv()
         except (EOFError, OSError):  # an incomplete answer raises an OSError
@@ -152,7 +152,7 @@ def _serve(pipe: Connection, folder: str) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the main process handles Ctrl-C
     threading.Thread(target=_leave_with_parent, args=(folder,), daemon=True).start()
     tempfile.tempdir = folder
-    pipe.send((None, None))  # up
+    pipe.send((None, None))  # tells the main process that this worker is ready
     while True:
         try:
             function, args, kwargs = pipe.recv()
@@ -167,7 +167,7 @@ def _serve(pipe: Connection, folder: str) -> None:
 def _answer(function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> bytes:
     """Return a pickled pair: the value or None, and the error or None."""
     try:
-        # The value is pickled here, so that a value that cannot be pickled gives an ordinary error.
+        # Pickling the value here turns a value that cannot be pickled into an ordinary error.
         return pickle.dumps((function(*args, **kwargs), None))
     except Exception as error:
         # Pickling drops the traceback but keeps notes, so the traceback is added as a note.
@@ -187,7 +187,7 @@ def _leave_with_parent(folder: str, patience: float | None = None) -> None:
     assert parent is not None
     if not wait([parent.sentinel], timeout=patience):
         return
-    # if the main process was killed, it could not end this process
+    # A main process that was killed could not end this process.
     shutil.rmtree(folder, ignore_errors=True)
     os._exit(1)
 

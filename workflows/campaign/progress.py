@@ -14,7 +14,7 @@ from chaincor.workflows.engines.reference.loops.processes import COMPILING
 
 # Function that is called after every few collisions with their expected cost and their number.
 PointProgress = Callable[[float, int], None]
-# No progress is shown for shorter work.
+# Progress is shown only if the work is expected to take longer than this.
 _QUIET_SECONDS = 2.0
 _REFRESH_SECONDS = 0.25
 # Seconds between two lines in a log.
@@ -139,7 +139,8 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[PointPro
             if share > 0.0 and number < points:
                 left = f", about {format_duration(elapsed * (1.0 - share) / share)} left"
             words = f"{number} of {points} collisions in {format_duration(elapsed)}{left}"
-            # The fraction may reach 1 before the last collision ends.
+            # The finished fraction is an estimate, which may reach 1 before the last collision
+            # ends.
             stays(points if number == points else min(points * share, 0.999 * points), words)
 
         yield advance

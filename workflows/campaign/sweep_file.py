@@ -31,7 +31,8 @@ _SPACINGS = ("linear", "log")
 _WHOLE = ("particles", "target_particles", *WHOLE_KEYS, "table_points")
 # Largest number of values on an axis with whole numbers.
 _MOST_WHOLE = 10_000_000
-# Python's sequences cannot be longer.
+# Largest number of values on an axis, and of points in a sweep. Python limits the length of
+# sequences.
 _MOST_VALUES = 2**62
 
 
@@ -165,7 +166,7 @@ def _range_values(name: str, axis: dict[str, Any]) -> Sequence[float]:
         return SweepError(f"the range of axis '{name}' is {axis!r}. Give {wanted}")
 
     if name == "seed":
-        # Seeds are whole numbers, and a float cannot represent all of them.
+        # Large seeds must be given as whole numbers, because a float cannot represent all of them.
         ends = [axis[key] for key in ("from", "to") if key in axis]
         whole = all(isinstance(end, int) and not isinstance(end, bool) for end in ends)
         if not (len(ends) == len(axis) == 2 and whole and 0 <= ends[1] - ends[0] < _MOST_VALUES):

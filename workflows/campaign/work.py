@@ -166,7 +166,8 @@ def _try_together(scenes: Sequence[Scene], planned: Sequence[Plan]) -> Sequence[
 
 def _try_one(scene: Scene, planned: Plan) -> Collision | Exception:
     try:
-        # The cost of many collisions is checked once for all of them, and no single one is refused.
+        # The total cost of many collisions has already been checked. No single collision is
+        # refused.
         return collide_one(scene, math.inf, planned)
     except MissingLibraryError:
         raise

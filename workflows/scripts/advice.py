@@ -23,8 +23,8 @@ class ScriptAdvice:
     #: Largest error of the advised mean; None if the value was not tried.
     promised_error: float | None
     seconds: float  #: Processor time of all these runs.
-    #: Whether the value lies within the tried values. A finer value is only extrapolated with the
-    #: convergence order.
+    #: Whether the value lies within the range of tried values. Advice beyond this range is
+    #: extrapolated with the convergence order.
     tried: bool
 
 
@@ -72,8 +72,8 @@ def advise_value(
     `seconds` is the processor time of one run at each value. If `repeats` is true, the advice may
     be to average several runs, at nearby values or with other seeds.
     """
-    # A run at a coarser value never costs more than a run at a finer one. If its measured time is
-    # larger, that is noise of the machine.
+    # A run at a coarser value never costs more than a run at a finer value. If its measured time is
+    # longer, the machine was busy.
     seconds = np.minimum.accumulate(seconds[::-1])[::-1]
     promised = verdict.promised
     bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]

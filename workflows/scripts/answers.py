@@ -19,7 +19,7 @@ from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 # error. "not judged": the scatter between the runs hides the error. "constant": all runs give the
 # same result.
 AnswerState = Literal["small enough", "too noisy", "too large", "beyond", "not judged", "constant"]
-# A coarser value is mentioned if it is larger by at least this factor.
+# A value that is coarser than the advised value is mentioned only if it is larger by this factor.
 _COARSER = 1.1
 # The step causes the scatter if the scatter shrinks from coarse to fine steps by more than the
 # factor _SHRINKS. A finer step is needed if the step causes an error above _STEP_PART times the
@@ -45,10 +45,10 @@ class NumberAnswer:
     number: NumberLadder
     #: State at the script's own value, or at the finest value if the script's own is unknown.
     state: AnswerState
-    error: float  #: Largest error of one run at that value; inf if unknown.
+    error: float  #: Largest error of one run at the value of `state`; inf if unknown.
     runs: (
         int | None
-    )  #: Number of runs whose mean meets the tolerance at that value; None if too many.
+    )  #: Number of runs whose mean meets the tolerance at the value of `state`; None if too many.
     largest: float | None  #: Coarsest value at which one run meets the tolerance.
     reached: bool  #: Whether one run or a mean meets the tolerance at some value.
 

@@ -123,8 +123,8 @@ def _decides(each: ScriptLadder, answer: LadderAnswer) -> str:
     if choice is None or not answer.own_fails or len(answer.judged) == 1:
         return ""
     row = next(a for a in answer.numbers if a.number is choice.decides)
-    # If the chosen value is the coarsest one without a failed run, the failed runs decide and no
-    # quantity does.
+    # If the chosen value is the coarsest value without a failed run, failed runs limit the choice,
+    # and no quantity does.
     coarsest = each.ladder.step(float(each.values[0]))
     if row.largest != choice.value or each.ladder.step(choice.value) >= coarsest:
         return ""

@@ -41,7 +41,7 @@ class Change:
     #: New values of ``cutoff``, ``skin`` and ``rows``, as text.
     settings: Mapping[str, str] = field(default_factory=dict)
     seed: int | None = None  #: Number that is added to seeds; None leaves the seeds unchanged.
-    #: Whether only seeds of random forces change, and seeds of initial states stay.
+    #: Whether only the seeds of random forces change, and not those of initial states.
     forces_alone: bool = False
     scale_periods: bool = False  #: Whether periods that count steps keep their simulated time.
     #: Fraction of the box length by which all particles are displaced before the first run.
@@ -50,7 +50,7 @@ class Change:
     restart: Halfway | None = None  #: Restart file that the run writes or reads halfway.
     #: Commands that are added before each ``run``.
     extra: tuple[str, ...] = ()
-    #: Whether a quantity is read from the script's output. Then the thermo output is unchanged.
+    #: Whether a quantity is read from the script's output. The thermo output then stays unchanged.
     printed: bool = False
 
     def set_numbers(self, words: list[str]) -> list[str]:

@@ -28,13 +28,14 @@ _BATHS = (*_THERMOSTATS, "deform", "wall/", "move", "addforce", "efield", "inden
           "gravity")  # fmt: skip
 # A reflecting wall exchanges energy only if it moves.
 _MIRROR = "wall/reflect"
-# econserve counts the energy that these fixes exchange, as measured with LAMMPS of 2025-07-22: with
-# them it stays constant to 1e-3 where etotal changes by a tenth. It counts fix langevin only with
-# the keyword `tally yes`, and no other fix.
+# econserve counts the energy that these fixes exchange: in runs with LAMMPS of 2025-07-22,
+# econserve stays constant to 1e-3 while etotal changes by a tenth. For fix langevin, econserve does
+# so only with the keyword `tally yes`, and for other fixes never.
 _COUNTED = ("nvt", "npt", "nph", "temp/", "rigid/nvt", "rigid/npt")
 _TALLY = "tally yes"
 _UNSHIFTED = ("lj/cut", "lj96/cut", "morse", "buck", "yukawa", "born", "mie/cut", "lj/expand")
-# If a table has fewer rows, its forces differ visibly from the slope of its energies.
+# If a table has fewer rows than this, the difference between its forces and the slope of its
+# energies may cause a visible drift.
 _FEW_ROWS = 2000
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # The cost panel is drawn if the costs of the runs differ by at least this factor.
 _COSTS_APART = 2.0
 _WIDE = 10.0
-# More ticks would overlap.
+# Largest number of ticks on an axis. More ticks would overlap.
 _MOST_TICKS = 6
 _CRASHED = "#c00000"
 
@@ -139,7 +139,7 @@ def _plot_costs(panel: "Axes", study: "ScriptStudy", name: str) -> None:
     """Draw the errors of one quantity against processor time."""
     largest = smallest = 0.0
     for k, (each, number) in enumerate(_numbers(study, name)):
-        # If a finer rung costs less than a coarser one, the reason is noise of the machine.
+        # If a run on a finer rung took less time than on a coarser rung, the machine was busy.
         costs = np.minimum.accumulate(each.seconds[::-1])[::-1]
         largest, smallest = max(largest, costs.max()), min(smallest or costs.min(), costs.min())
         colour, errors = CYCLE[k % len(CYCLE)], _errors(number)

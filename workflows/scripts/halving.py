@@ -8,7 +8,7 @@ from chaincor.workflows.scripts.restarting import Halfway
 from chaincor.workflows.scripts.script_run import Runner
 from chaincor.workflows.scripts.script_text import ScriptText
 
-# A long run has at least this many steps.
+# A run is long enough for a restart halfway if it has at least this many steps.
 _LEAST_STEPS = 20
 
 

@@ -4,7 +4,8 @@ import math
 from dataclasses import dataclass
 
 STEP = "timestep"
-# Nearby values differ from the value of their rung by at most this fraction.
+# Runs on one rung use nearby values, which differ from the value of the rung by at most this
+# fraction.
 PHASE_WIDTH = 0.02
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 # The default ladder begins at _OWN_COARSE times the script's step, and has _OWN_RUNGS rungs.

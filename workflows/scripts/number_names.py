@@ -7,8 +7,8 @@ from chaincor.workflows.scripts.answers import NumberAnswer
 from chaincor.workflows.scripts.ladder_runs import NumberLadder
 
 _PLAIN = re.compile(r"[\w:\[\]]+")
-# A sentence gives the names and errors of at most MOST_LISTED quantities. It names further ones if
-# there are at most _MOST_NAMED.
+# A sentence gives the names and errors of at most MOST_LISTED quantities. It also names the
+# remaining quantities if there are at most _MOST_NAMED of them.
 MOST_LISTED, _MOST_NAMED = 3, 2
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
 
 _WIDTHS = (20, -24, -12, -10, 0, -13)
-# The error bar of a mean needs this number of independent samples in a run.
+# For an error bar of its mean, a quantity needs this many independent samples in a run.
 _ENOUGH_SAMPLES = 30
 
 

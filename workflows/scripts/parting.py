@@ -28,17 +28,17 @@ from chaincor.workflows.scripts.varied import LAST_DIGIT, RANKS, RESTART, Varied
 # Runs have parted if their particles differ by more than this fraction of the distance between
 # neighbours.
 PARTED = 0.01
-# During the first part of a run, of relative length _EARLY, roundings cause at most the distance
-# _AT_ONCE.
+# During this first fraction _EARLY of a run, rounding errors move particles by at most _AT_ONCE
+# times the distance between neighbours.
 _AT_ONCE, _EARLY = 1e-6, 0.1
-# To change the last digit, particles are displaced by this fraction of the box length.
+# Particles are displaced by this fraction of the box length, to change the last digit of positions.
 _SHAKEN = 1e-15
-# The growth rate is fitted to distances above this multiple of the smallest one.
+# The growth rate is fitted to distances above this multiple of the smallest distance.
 _GROWN_FROM = 1e3
 _SURE = 3.0
-# Without chaos, roundings change a quantity by at most this fraction.
+# Without chaos, rounding errors change a quantity by at most this fraction.
 _ROUNDING = 1e-10
-# Times are sums of steps, so equal times can differ by rounding, at most by this fraction.
+# Times are sums of steps. Due to rounding, equal times can differ by up to this fraction.
 _SAME_TIME = 1e-9
 
 
@@ -51,7 +51,8 @@ class Difference:
     #: Standard error of the difference; nan unless the quantity is a mean, inf if the samples are
     #: too few.
     error: float
-    independent: float  #: Number of independent samples in a mean, the smaller one of both runs.
+    #: Number of independent samples in the mean, from the run with fewer of them.
+    independent: float
 
     @property
     def is_rounding(self) -> bool:
@@ -70,12 +71,13 @@ class Difference:
 class PartingComparison:
     """Comparison of one run with the first run."""
 
-    what: str  #: How the runs were set up differently.
+    what: str  #: What differs between the setups of the runs.
     #: ``same``: all digits agree; ``together``: the runs differ only by roundings; ``chaos``:
     #: roundings grow until the runs have parted; ``at once``: the runs differ by more than
     #: roundings from the beginning.
     kind: str
-    parted: float | None  #: Physical time at which the runs had parted; None if they did not part.
+    #: Physical time of the first frame in which the runs have parted; None if they have not parted.
+    parted: float | None
     growth: float | None  #: Rate lambda at which the distance grew; None if unknown.
     #: Times of the frames that both runs have, of shape (S,).
     times: Array

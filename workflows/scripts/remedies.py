@@ -16,8 +16,8 @@ from chaincor.workflows.scripts.step_counts import StepCount, periods_in_steps
 if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import ScriptStudy
 
-# A proposed command has at most _MOST_PHASES runs per rung, _RUNGS rungs, and a fine end that is
-# finer by the factor _FINER.
+# A proposed command has at most _MOST_PHASES runs per rung, and _RUNGS rungs. Its fine end is finer
+# by the factor _FINER if no convergence order predicts the necessary factor.
 _MOST_PHASES, _FINER, _RUNGS = 100, 8.0, 6
 # If the step does not change a quantity, the proposed ladder begins at this multiple of the present
 # coarse end.
@@ -99,22 +99,22 @@ def _remedy(study: "ScriptStudy", each: ScriptLadder, answers: list[NumberAnswer
     numbers = [a.number for a in answers]
     varied = study.varied
     if unscaled_period(study) is not None:
-        # A period in steps changes with the step, and may affect the result more than the step
-        # itself.
+        # If a period is counted in steps, its length changes with the step. This change may affect
+        # the result more than the step itself.
         command = study.command.again("--scale-periods")
         return Remedy(f"To keep periods that are counted in steps, run: {command}")
     noisy = [number for number in numbers if not needs_finer(number)]
     if not noisy:
         command = study.command.again(ladder=_extended(study, each, numbers))
         return Remedy(f"To look for a sufficient {each.ladder.name}, run: {command}")
-    # The uncertainty decreases as one over the square root of the number of runs, or of their
-    # length.
+    # The uncertainty is inversely proportional to the square root of the number or the length of
+    # the runs.
     ratios = [float(np.min(n.verdict.bias)) / (n.tolerance or 1e-300) for n in noisy]
     more = max(_TWICE, *((_TWICE * ratio) ** 2 for ratio in ratios))
     if not all(number.repeats for number in noisy):
         if not _is_random(study):
-            # If no random numbers are drawn, results scatter only because of the steps, so more
-            # nearby steps are run.
+            # Without random numbers, results scatter only because runs use different nearby steps.
+            # The remedy is therefore more runs at nearby steps.
             ladder = _extended(study, each, noisy)
             return _more_runs(study, each, ("--phases", 2 * varied.columns), ladder)
         return _more_runs(study, each, ("--seeds", max(2 * varied.columns, 8)))

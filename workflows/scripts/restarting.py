@@ -21,7 +21,7 @@ class Halfway:
     start: int  #: Step at which the run begins.
     step: int  #: Step at which the restart is written.
     end: int  #: Step at which the run ends.
-    file: Path  #: Name of the restart file without its last part, the dot and the step.
+    file: Path  #: Name of the restart file, without the dot and the step at its end.
     reads: bool = False  #: Whether the script reads the restart file instead of writing it.
 
     def replace_set_up(self, words: list[str]) -> list[str] | None:

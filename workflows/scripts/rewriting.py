@@ -98,7 +98,7 @@ def _command(command: str, folder: Path, change: Change) -> list[str]:
             # with another step seldom ends at a multiple. Such a value is therefore replaced by a
             # word that keeps the number of columns.
             words = ["time" if _REPLACED.match(word) else word for word in words]
-        # LAMMPS evaluates only thermo keywords that are in its output.
+        # LAMMPS can evaluate only those thermo keywords that are in its output.
         keywords = [each for each in change.quantities if not re.match(r"[cfv]_", each)]
         words += [each for each in keywords if each not in words]
     if name == "thermo_modify" and not change.printed:
@@ -146,7 +146,7 @@ def timed_run(words: list[str], folder: Path) -> list[str]:
     ]
     for word, value in limits.items():
         name = f"chaincor_{word}"
-        # A rounded number of steps must not shorten the run.
+        # A rounded limit must not lie before the end of the run.
         least = "0" if word == "start" else "step+v_chaincor_m"
         lines += [
             f"variable {name} string {value}",
@@ -217,8 +217,9 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
         "variable chaincor_at equal stride(${chaincor_from},${chaincor_to},${chaincor_e})",
         f'fix chaincor all print v_chaincor_at "{columns}" append {folder / SAMPLE_FILE} '
         'screen no title ""',
-        # `fix print` skips the first step, so `fix ave/time` writes this step. Its period is chosen
-        # so that no later step is a multiple of the period, except twice the step of a restart.
+        # `fix print` skips the first step. `fix ave/time` therefore writes the first sample. The
+        # period of `fix ave/time` is chosen so that no later step is a multiple of it, except twice
+        # the step of a restart.
         string("period", "ternary(step<1,1000000000,step)"),
         *(
             f"variable {name[2:]} equal {each}"

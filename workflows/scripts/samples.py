@@ -10,9 +10,9 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.scripts.quantities import ObservedNumber, Quantity
 
-# A mean is taken over the end of a run, over this fraction of its length.
+# Means are taken over this last fraction of a run.
 SHARE = 0.5
-# The error of a mean, and a drift, need at least this many samples.
+# A drift, or the error of a mean, needs at least this many samples.
 LEAST_SAMPLES = 8
 
 
@@ -47,8 +47,8 @@ class Samples:
         if quantity.kind == "last":
             return ObservedNumber(float(all_values[-1]))
         times, values = self._inside(quantity, start)
-        # Sample times depend on the time step. The trapezoidal rule makes means independent of
-        # them.
+        # Sample times depend on the time step. The trapezoidal rule makes means independent of the
+        # sample times.
         halves = 0.5 * np.diff(times)
         weights = np.append(halves, 0.0) + np.append(0.0, halves)
         weights /= weights.sum()
@@ -74,7 +74,7 @@ class Samples:
         first = self.window(quantity.kind if quantity.kind != "last" else "mean")[0]
         start = first if start is None else max(start, float(self.times[0]))
         span = self.end - float(self.times[0])
-        # Times are sums of steps, so they have rounding errors.
+        # The sample times have rounding errors, because they are sums of steps.
         inside = self.times > start + 1e-9 * span
         times = np.concatenate([[start], self.times[inside]])
         return times, np.concatenate(

@@ -48,7 +48,9 @@ class ScriptText:
 
     path: Path
     commands: tuple[Command, ...]
-    whole: bool  #: Whether all included files were found. A script may compute the name of a file.
+    #: Whether all included files were found. A file cannot be found if the script computes its
+    #: name.
+    whole: bool
 
     @classmethod
     def read(cls, path: Path) -> "ScriptText":

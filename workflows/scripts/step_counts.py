@@ -33,7 +33,7 @@ _PER_STEP = {
     "nve/limit": "limits how far particles move in one step",
     "pour": "inserts particles after a number of steps that it works out from the step",
 }
-# These styles hardly affect the motion if their period changes.
+# A change in the period of these styles hardly affects the motion.
 _ONLY_LOOK = ("ave/", "vector", "store/state", "balance")
 _COUNTING = re.compile(r"(?<![\w.])(step|elapsed|elaplong)(?![\w(])")
 _DAMPED = {"nvt": "temp", "npt": "temp", "nph": None, "nvt/sllod": "temp"}

@@ -36,7 +36,7 @@ def lammps_command(lmp: str | None) -> str:
         words = []
     if not words:
         raise InputError(f"--lmp is {found!r}. Give a command, such as lmp or 'srun lmp'")
-    # Runs start in other folders, so that a relative path has to be resolved here.
+    # Runs start in other folders. A relative path is therefore resolved here.
     if path := shutil.which(words[0]):
         words[0] = str(Path(path).absolute())
     return shlex.join(words)

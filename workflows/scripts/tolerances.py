@@ -13,7 +13,7 @@ from chaincor.workflows.scripts.samples import Samples
 # Default tolerances are the fraction _OF_SPREAD of a standard deviation, _OF_KT of kT per degree of
 # freedom, or _OF_NUMBER of a printed number.
 _OF_SPREAD, _OF_KT, _OF_NUMBER = 0.1, 1e-4, 1e-3
-# Samples count as constant if their relative spread is smaller.
+# Samples count as constant if their relative spread is at most this.
 _ROUNDING = 1e-12
 
 
@@ -48,7 +48,7 @@ def default_tolerance(
         return number
     what = "ke" if quantity.is_energy_change and quantity.kind == "fluctuation" else ""
     within = float(np.median([each.spread(quantity, what) for each in runs]))
-    # In short runs, quantities hardly vary within a run, but differ between runs.
+    # In a short run, a quantity may hardly vary although it differs between runs.
     between = 0.0 if what else float(np.std(results[-1], ddof=1))
     of = "the standard deviation of the kinetic energy" if what else "its standard deviation"
     found = Tolerance(_OF_SPREAD * math.hypot(within, between), f"a tenth of {of}")

@@ -27,7 +27,7 @@ from chaincor.workflows.scripts.vary_options import (
 SEED = "seed"
 DEFAULT_PHASES, PRINTED_PHASES = 4, 8
 LAST_DIGIT, RANKS, RESTART, SWITCH = "lastdigit", "ranks", "restart", "switch"
-# These kinds of variation compare each run with the first run.
+# For these kinds of variation, there is no ladder, and each run is compared with the first run.
 COMPARED = (LAST_DIGIT, RANKS, RESTART, SWITCH)
 _ROWS = "rows"
 _SETTINGS = ("cutoff", "skin", _ROWS)

@@ -16,8 +16,7 @@ from chaincor.workflows.store.schema import (
 )
 
 KEY = "collision_sha256"
-# All numbers in scenes and results are smaller. Slightly larger numbers overflow the axes of
-# figures.
+# A row with a larger number is damaged. Such numbers would overflow the axes of figures.
 _LARGEST = 1e306
 _LARGEST_WHOLE = 2**53
 # The JSON of a scene or result is always far shorter than this number of characters.

@@ -15,7 +15,7 @@ from chaincor.workflows.store.schema import (
     TABLE_COLUMNS,
 )
 
-# Longest wait while other sweeps write. One write takes milliseconds.
+# Longest time to wait for other sweeps that are writing. One write takes milliseconds.
 LOCK_SECONDS = 60.0
 
 

@@ -17,7 +17,7 @@ _BOTH = """
     WHERE collision_sha256 IN (SELECT collision_sha256 FROM {0}.collisions)
     ORDER BY collision_sha256
 """
-# Rows to copy from `source`: all rows except those for which `main` has a row that stays.
+# Rows to copy from `source`: all rows except those for which `main` keeps its own row.
 _TAKEN = "WHERE collision_sha256 NOT IN (SELECT value FROM json_each(:staying))"
 _CHOSEN = " AND collision_sha256 IN (SELECT value FROM json_each(:chosen))"
 _ENVIRONMENT = """

@@ -21,7 +21,7 @@ _HAS_ARRAYS = (
     "EXISTS (SELECT 1 FROM {0}.arrays AS kept "
     "WHERE kept.collision_sha256 = collisions.collision_sha256) AS has_arrays"
 )
-# These columns decide whether a collision must be run, and which of two rows stays.
+# These columns decide whether a collision must be run, and which of two rows is kept.
 STANDINGS = f"""
     SELECT collision_sha256, restitution, restitution_error, tolerance, failure_tolerance,
     failure_stands, tries, finished, {_HAS_ARRAYS} FROM {{0}}.collisions

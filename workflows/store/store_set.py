@@ -14,7 +14,7 @@ from chaincor.workflows.store.connection import named_errors
 from chaincor.workflows.store.merge import copy_rows
 from chaincor.workflows.store.results_store import Part, Store
 
-# Each open store has its own cache. For SQLite, a negative size is in kilobytes.
+# Size of the cache of each open store. SQLite reads a negative size as kilobytes.
 _CACHE_KILOBYTES = 256
 _HIDDEN = "collision_sha256 NOT IN (SELECT collision_sha256 FROM temp.hidden)"
 
@@ -82,7 +82,7 @@ class StoreSet:
 
 def _shared_keys(stores: Sequence[Store]) -> set[str]:
     """Return the keys that several stores have."""
-    # Hashes of the keys take only 8 bytes per row.
+    # Hashes of keys are compared instead of keys, because a hash takes only 8 bytes.
     hashes = [
         np.fromiter((hash(key) for (key,) in _keys(store)), dtype=np.int64) for store in stores
     ]

@@ -12,8 +12,8 @@ from chaincor.workflows.tables.lammps_run import LammpsTable, run_lammps
 from chaincor.workflows.tables.report import TableReport, percent
 
 _POINTS, _SHOWN = 1001, 12
-# LAMMPS refuses the exact ends of some tables, so the comparison stays this fraction of the range
-# away from the ends.
+# LAMMPS refuses the exact ends of some tables. The comparison omits this fraction of the range at
+# each end.
 _INSIDE = 1e-6
 # The comparison excludes angles within this distance of 0 and 180 degrees. There LAMMPS's forces on
 # atoms are wrong, because LAMMPS replaces the sine of an angle by 0.001 if the sine is smaller.

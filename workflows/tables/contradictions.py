@@ -160,7 +160,7 @@ def _improved(judge: Judge, forces: Array) -> Mask:
         slopes = rows.by_energies(x, 6)
         better = np.abs(other - slopes) < np.abs(given - slopes)
         is_clear = np.abs(other - given) > 1e-3 * np.maximum(np.abs(other), np.abs(given))
-    # If both forces agree at a row, the row gets the mark of the previous row.
+    # If the two forces agree at a row, the row is marked like the row before it.
     last_clear = np.maximum.accumulate(np.where(is_clear, np.arange(len(x)), 0))
     pad = (len(x) - len(rows.table.lengths)) // 2
     result: Mask = better[last_clear][pad : len(x) - pad]

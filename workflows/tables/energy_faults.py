@@ -9,8 +9,8 @@ from chaincor.workflows.tables.interpolation_causes import TableFaultCause
 from chaincor.workflows.tables.judge import Judge
 from chaincor.workflows.tables.lammps_curve import TableData
 
-# Energies are rough if their slopes bend more than this factor times the bends of the forces,
-# within _AROUND intervals of a contradiction.
+# Energies are rough if, within _AROUND intervals of a contradiction, the largest second difference
+# of their slopes exceeds that of the forces by the factor _ROUGHER.
 _ROUGHER, _AROUND = 4.0, 4
 # Reversed energies cover at least this many intervals, and at most this fraction of the table.
 _LEAST_RUN, _MOST = 2, 0.97

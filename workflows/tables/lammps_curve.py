@@ -22,8 +22,8 @@ Function = Callable[[Array], Array]
 
 # If an end slope is larger, LAMMPS ignores it and sets the curvature at this end to zero.
 _NO_SLOPE = 0.99e30
-# Without FPRIME, LAMMPS computes the end slopes of a pair's F/r from differences over this fraction
-# of a bin.
+# Without FPRIME, LAMMPS computes the slopes of a pair's F/r at both ends from finite differences.
+# Their width is this fraction of a bin.
 _SECANT = 0.1
 
 

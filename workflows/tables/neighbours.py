@@ -9,8 +9,8 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array, Indices, Mask
 from chaincor.workflows.tables.lammps_curve import TableData
 
-# Polynomials go through these numbers of rows, in order of decreasing accuracy. Polynomials of
-# _OF_FORCES use forces alone, and polynomials of _OF_BOTH use energies and forces.
+# Numbers of rows that polynomials interpolate, in order of decreasing accuracy: _OF_FORCES for
+# polynomials through forces alone, and _OF_BOTH for polynomials through energies and forces.
 _OF_FORCES = (8, 6, 4)
 _OF_BOTH = (4, 3, 2)
 _EPSILON = 2.0**-52
