@@ -101,7 +101,8 @@ def _terminable() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-# `run_command_line` returns this status if output was lost and the error has been printed.
+# `run_command_line` returns this status if the output could not be written, and this error has
+# already been reported.
 _OUTPUT_LOST = -1
 
 

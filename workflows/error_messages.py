@@ -10,7 +10,7 @@ from chaincor.workflows.terminal_text import printable
 TERMINATED = "stopped by SIGTERM before the end. Finished results are kept"
 _LONGEST_LINE = 700
 
-# A folder counts as full if it has fewer free bytes.
+# A disk counts as full if it has fewer free bytes than this.
 _LEAST_ROOM = 2**20
 
 

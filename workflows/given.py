@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.given_numbers import whole_number_given
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.versions import cores_allowed
 
-# More processes than this are a slip: no machine has so many cores.
+# A larger number of processes is a typing mistake, because no machine has so many cores.
 _MOST_WORKERS = 1_000_000
 
 P = ParamSpec("P")

@@ -31,8 +31,8 @@ from chaincor.workflows.errors import UnsureJobWarning
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.scripted import plan_script
 
-# No LAMMPS run can resolve an impact at this multiple of the speed of sound in an uncompressed
-# chain.
+# A velocity above this multiple of the speed of sound in an uncompressed chain was probably meant
+# in the units of the job, because LAMMPS cannot resolve such an impact.
 _SUPERSONIC = 3.0
 
 

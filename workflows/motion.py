@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 # Runs with these schemes have no fixed steps.
 _WITHOUT_STEPS = ("hard-sphere", "adaptive8")
-# If rounding errors change eta by more than this, the last digits decide which contacts occur.
-# Every derivative that can be computed amplifies rounding errors by less than 1e12.
+# If rounding errors change eta by more than this, they decide which contacts occur, and derivatives
+# are refused. Below this limit, rounding errors are amplified by less than 1e12.
 _HINGES = 1e-4
 # Pictures show the flight after the collision for _FLY_ON times the duration of the collision plus
 # the time in which sound crosses _BONDS_ON bonds.

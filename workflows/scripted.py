@@ -45,10 +45,11 @@ from chaincor.workflows.errors import ToleranceError
 # first run gives eta.
 _MULTIPLES = (1.0, COARSER)
 # If a user changes the velocity in the script, the error bar is this multiple of the difference
-# between the two runs. With steps that resolve the motion, the error is well below the difference.
+# between the two runs. If the steps resolve the motion, the true error is well below the
+# difference.
 _ALONE = 1.0
-# In a step that ends behind the wall, bond 1 may open at this multiple of v0, starting from its
-# largest length in front of the wall.
+# During a step that ends behind the wall, bond 1 may lengthen at this multiple of v0. Before the
+# step, it has at most its largest length in front of the wall.
 _OVERSHOOT = 4.0
 # Errors of the stock wall can stretch bonds of a warm chain beyond the lengths in the
 # reference run. The range of the table is therefore wider by this factor.
@@ -211,8 +212,8 @@ def _tabulate(
         return None
     low, high = guess_bond_range(scene.problem) if pilot is None else pilot.table_range()
     if numerics.scheme != "verlet":
-        # The script first takes the whole step that crosses the wall. Particle 1 then ends behind
-        # the wall, and bond 1 is stretched.
+        # The script first completes the step in which particle 1 crosses the wall. At the end of
+        # this step, particle 1 is behind the wall, and bond 1 is stretched.
         overshot = high + _OVERSHOOT * scene.impact_velocity * max(_MULTIPLES) * numerics.timestep
         high = max(high, min(overshot, 1.0 + 0.9 * scene.bond.strain_max))
     if numerics.wall == "reflect" and scene.problem.comes_moving:

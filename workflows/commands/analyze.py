@@ -147,7 +147,7 @@ def analyze(
     if units != CHAIN_UNITS:
         found["units"] = units.to_dict()
         lines.append(describe_in_units(analysis, units))
-    # The numbers are printed and the data written first, because pictures may fail.
+    # Pictures come last, because they may fail after the results have been printed and written.
     tell(found, "\n".join(lines), as_json, job.loaded_scene)
     if xyz is not None:
         both = [body.masses for body in analysis.bodies.values()]

@@ -89,7 +89,8 @@ def plot(
 
 # These columns contain lists. A single number of such a list can be an axis.
 _LISTS = ("masses", "target_masses")
-# A scene's identity omits keys with default values, so the defaults are restored here.
+# These default values are added to scenes, because the identity of a scene omits keys with default
+# values.
 _ABSENT = {"contact": "hard"}
 # Both columns are the impact speed, in different units.
 _IMPACT = {"speed", "velocity"}
@@ -159,8 +160,8 @@ def _leave_out(scenes: list[dict[str, Any]], masses: str, particle: int) -> None
             repeated = [given[i % len(given)] for i in range(longest)]
             fits = longest % len(given) == 0
             repeated[(particle - 1) % (longest if fits else len(given))] = None
-            # If a list does not fit the length of the chain, it keeps its own length, which marks
-            # it as different.
+            # If the chain is not a whole number of repetitions of a list, the length of the list is
+            # appended. Lists of different lengths then remain different.
             scene[masses] = repeated if fits else [*repeated, len(given)]
 
 
@@ -179,8 +180,8 @@ def _comparable(scene: dict[str, Any]) -> dict[str, Any]:
 
 def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:
     """Return the fewest keys, apart from the axes, that distinguish the scenes."""
-    # In a store, all tolerances of a collision share a row, so the tolerance does not distinguish
-    # rows.
+    # The tolerance does not distinguish rows, because a store has one row for all tolerances of a
+    # collision.
     keys = _scene_keys(rows) - {"tolerance", *axes}
     # If the axis is a result, the points on a curve differ in the impact speed.
     if _IMPACT & set(axes) or not _scene_keys(rows) & set(axes):

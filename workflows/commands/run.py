@@ -130,7 +130,7 @@ def run(
             from chaincor.workflows.sensitivity.text import describe_sensitivity
 
             say(f"\n{describe_sensitivity(result.sensitivity, result.scene)}")
-    # The numbers are printed first, because pictures may fail or be interrupted.
+    # Pictures come last, because they may fail or be interrupted.
     if animate is not None:
         from chaincor.workflows.pictures.recording import write_animation
 

@@ -76,7 +76,7 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
         REPORT.judge(output)
     with study_progress() as progress:
         study = timestep_study(script, **given, progress=progress)
-    # The numbers are printed before the page is written, because its figures may fail.
+    # The results are printed before the page is written, because the figures of the page may fail.
     tell(script_study_to_dict(study), describe_script_study(study), as_json)
     if output is not None:
         write_script_study(study, output)

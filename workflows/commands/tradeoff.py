@@ -16,7 +16,7 @@ from chaincor.workflows.commands.options import (
 )
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
-# A study chooses the values of these keys itself, and writes none of the files of a single run.
+# These keys are not options of the command, because a study chooses their values itself.
 _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
 
 
@@ -71,7 +71,7 @@ def tradeoff(
         REPORT.judge(output)
     with study_progress() as progress:
         found = study.tradeoff(scene, quick=quick, progress=progress)
-    # The numbers are printed before the page is written, because its figures may fail.
+    # The results are printed before the page is written, because the figures of the page may fail.
     tell(to_dict(found), describe_study(found), as_json, found.scene)
     if output is not None:
         write_study(found, output)

@@ -104,8 +104,8 @@ def validate(
         raise click.UsageError(
             f"--grid runs many scenes, and '{against}' holds one result. Leave out --grid"
         )
-    # A user's integrator may not support masses, targets or soft contacts, so its grid has none of
-    # them.
+    # A user's integrator may not support masses, targets or soft contacts. The grid for it has none
+    # of these.
     scenes = grid_around(scene, bodies=against is None) if grid else [scene]
     results = []
     with progress_bar(grid, len(scenes), 0.0) as advance:

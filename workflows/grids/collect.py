@@ -29,7 +29,8 @@ _NAMES = (
 )
 _NOT_NEGATIVE = ("restitution", "restitution_error", "last_contact_time")
 _RESTORE = "Restore the files of the job, or write the grid anew"
-# Largest difference, from rounding, between two speeds that a log prints with 17 digits.
+# Largest relative difference, due to rounding, between the speeds after the collision from two
+# results in a log, which are printed with 17 digits.
 _SAME = 1e-9
 _SUBMIT_AGAIN = "Move log.lammps and chain.state away and submit it again"
 # Largest count that both a store and a float represent exactly.

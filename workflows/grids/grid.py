@@ -168,7 +168,7 @@ def _make_jobs(scenes: Sequence[Scene], wishes: JobWishes) -> Iterator[_Job]:
 
 def _make_part(scenes: Sequence[Scene], wishes: JobWishes) -> list[_Job]:
     """Return the jobs for some scenes, without writing files."""
-    # Computing this for all scenes together takes a fraction of the time.
+    # Computing the frequency ratios of all scenes together takes much less time than one by one.
     foresee_frequency_ratio(each.problem for each in scenes)
     return [_make_job(scene, wishes) for scene in scenes]
 
@@ -187,7 +187,7 @@ def _write_job(scene: Scene, job: Path, files: dict[str, str], tables: SharedTab
     """Write the files of a job, and remove those of an older job."""
     job.mkdir(parents=True, exist_ok=True)
     for old in _OLD:
-        # otherwise an older job's files would be taken for results
+        # without this, files of an older job would be taken for results
         (job / old).unlink(missing_ok=True)
     files = tables.take_from(files) | {ASKED: read_from_anywhere(scene).to_toml()}
     for name, text in files.items():

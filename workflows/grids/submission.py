@@ -17,8 +17,8 @@ _HEADS = {
 }
 # PBS does not support an array of one job.
 _HEAD_OF_ONE = {"pbs": "#PBS -N chaincor\n#PBS -l select=1:ncpus=1\n"}
-# Schedulers run a copy of the script in a spool folder, so the jobs are not beside the running
-# script. The script tries each folder in which the jobs may be.
+# Schedulers run a copy of the script in a spool folder, where there are no jobs. The script
+# therefore tries each of these folders in which the jobs may be.
 _PLACES = {
     "slurm": (
         '"${SLURM_SUBMIT_DIR:-.}"',

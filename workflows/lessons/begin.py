@@ -9,8 +9,8 @@ from typing import Any
 from chaincor.lammps_inputs.errors import InputError, meant
 from chaincor.workflows.documents import DOCUMENTS
 
-# Folder of the notebook, which is stored before the first lesson changes the current folder. If
-# cells are repeated, folders are therefore not nested.
+# Folder of the notebook. It is stored before the first lesson changes the current folder, so that
+# repeated cells do not create nested folders.
 _home: list[Path] = []
 # Name of the last lesson that was begun.
 _lesson: list[str] = []

@@ -21,8 +21,9 @@ class Exercise:
     """Question whose answer is a number, several numbers or a function."""
 
     asks: str  #: Quantity that the answer must give, with its unit.
-    #: Function that yields the right answer, then wrong answers from usual mistakes, each with a
-    #: text. If the exercise asks for a function, these answers are its results for `arguments`.
+    #: Function that yields the right answer, and then the wrong results of common mistakes, each
+    #: with a text. If the exercise asks for a function, these answers are its results for
+    #: `arguments`.
     answers: Callable[..., Answers]
     #: Largest error of a right answer, as a fraction of its largest number.
     tolerance: float = 1e-3

@@ -16,17 +16,18 @@ from chaincor.workflows.lessons.answer_text import number_of, numbers_of
 # Iterator over pairs of a possible answer and a text about it.
 Answers = Iterator[tuple[ArrayLike, str]]
 
-# A mistake is named only if the answer differs from its result by at most this fraction, even if
-# the exercise has a larger tolerance.
+# A mistake is named only if the answer agrees to this fraction with the wrong result that the
+# mistake gives, even if the exercise has a larger tolerance.
 _NAMED_WITHIN = 0.01
 # General mistakes with numbers are searched only if the tolerance of the exercise is at most this.
 _SHARP = 0.01
-# If this many digits of an answer are right, the answer is right even if the tolerance is smaller.
+# An answer with this many right digits is accepted, even if the tolerance requires more digits.
 _ENOUGH_DIGITS = 3
-# An answer of two digits that differs from the right one by less than this fraction may be a
-# rounded right answer as well as a mistake.
+# If an answer of two digits differs from the right answer by less than this fraction, no mistake is
+# named, because the answer may be right and rounded.
 _CLOSE = 0.1
-# Two digits are enough to name general mistakes with signs and per cent.
+# The first two general mistakes, in the sign and in per cent, are named even if the answer has only
+# two digits.
 _CERTAIN = 2
 
 
@@ -56,7 +57,7 @@ class AnswerComparison:
     given: Array  #: Numbers in the answer.
     tolerance: float  #: Allowed difference, as a fraction of the largest number.
     either_sign: bool = False  #: Whether the answer with all signs reversed is also right.
-    rounded: bool = True  #: Whether the numbers were typed, so that they may be rounded.
+    rounded: bool = True  #: Whether the numbers may be rounded, because a person typed them.
 
     def verdict(
         self, expected: Array, right: str, mistakes: Iterable[tuple[ArrayLike, str]]

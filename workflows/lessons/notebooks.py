@@ -17,7 +17,7 @@ _SOLUTION = re.compile(
 )
 _PICTURE = re.compile(r"^!\[([^\]]*)\]\(\.\./images/([\w.-]+)\)\n", re.MULTILINE)
 _COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)", re.MULTILINE)
-# Shells on Windows lack these commands, so cells run Python code instead.
+# Shells on Windows lack these commands. Cells run Python code instead.
 _CAT = re.compile(r"cat (\S+)")
 _STATUS = re.compile(r"(.*); echo \"exit status \$\?\"")
 _PART_OF_OUTPUT = re.compile(r"\((cd \S+ && .*?)(?: 2> /dev/null)? \| (grep|tail) -?(?:o )?(.*)\)")
@@ -99,7 +99,7 @@ def _parts(text: str, captions: bool, page: Path) -> Iterator[str]:
         elif picture not in drawn:
             yield f"![{words}]({_data(page, picture)})"
         else:
-            # A shell command wrote this picture, so no Python cell shows it.
+            # A shell command wrote this picture, and no Python cell has shown it yet.
             if f'savefig("{picture}"' not in drawn:
                 yield _cell(_SHOW.format(picture).strip())
             if captions:

@@ -11,7 +11,8 @@ from chaincor.workflows.lessons.student_script import (
     is_formula,
 )
 
-# Kinds of the box's two faces in one direction, with one letter for both faces or one for each.
+# Boundary style of the box in one direction: one letter for both faces, or one letter for each
+# face.
 _FACES = re.compile("[pfsm]{1,2}")
 _SIDES = ("xlo", "xhi", "ylo", "yhi", "zlo", "zhi")
 # Atoms of these styles have no bonds.
@@ -117,7 +118,7 @@ def _motion_and_wall(script: StudentScript) -> Iterator[str]:
         yield f"`{' '.join(wall)}` lacks its name or its group: write {right}"
     if not walls and not unnamed:
         yield "no wall: add `fix NAME all wall/reflect xlo 0.0`"
-    # There may be a second wall behind the chain, so the wall at xlo is checked.
+    # The wall at xlo is checked if there is one, because another wall may lie behind the chain.
     for wall in [wall for wall in walls if "xlo" in wall] or walls:
         yield from _wall(script, wall)
     after_run = script.commands[script.last_place("run") + 1 :] if script.named("run") else []

@@ -9,9 +9,10 @@ from chaincor.lammps_inputs.commands import commands_of
 from chaincor.lammps_inputs.given_numbers import number_in
 
 _VARIABLE = re.compile(r"\$\{(\w+)\}|\$(\w)")
-# A misspelt command must be at least this similar to the right command, on a scale from 0 to 1.
+# A word counts as a misspelt command if its similarity to a command is at least this, on a scale
+# from 0 to 1.
 _SIMILAR = 0.8
-# Commands of each part that a student writes first. A part without any of them is still empty.
+# First commands that a student writes in each part. If a part has none of them, it is still empty.
 COMMANDS_OF_PARTS = {
     "1. units and box": ("units", "boundary"),
     "2. atoms and bonds": ("atom_style", "read_data", "create_atoms"),

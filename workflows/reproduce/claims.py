@@ -23,7 +23,8 @@ from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurement
 
 # The engines may disagree on at most this fraction of the points behind a finding.
 _DISAGREEMENTS_ALLOWED = 0.05
-# Relative margins of claims in words, for "reproduced" and for "reproduced with a correction".
+# Relative margins of claims that the paper makes in words, for the verdicts "reproduced" and
+# "reproduced with a correction".
 ABOUT = 0.1
 ROUGHLY = 0.25
 
@@ -42,7 +43,7 @@ class Margin:
     """Number in a claim, and how much our number may differ from it."""
 
     paper: float  #: Number in the paper; 1 for a trend.
-    whole: float  #: Size to which relative margins refer: the paper's number, or a scale.
+    whole: float  #: Reference value for relative margins: the paper's number, or a scale.
     reason: str  #: Reason for the margins.
     #: Largest difference for "reproduced". The error of our number is added.
     reproduced_within: float = 0.0

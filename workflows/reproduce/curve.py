@@ -20,7 +20,7 @@ class PowerLaw:
     #: error is nan if there are fewer than three points, and 0 if p is fixed.
     exponent_error: float
     prefactor: float  #: Prefactor A.
-    prefactor_error: float  #: Error of A, found like the error of p.
+    prefactor_error: float  #: Error of A, computed like the error of p.
     first: float  #: Smallest x.
     last: float  #: Largest x.
     points: int  #: Number of points.

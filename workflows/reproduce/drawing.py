@@ -16,7 +16,7 @@ from chaincor.workflows.reproduce.measurements import MeasuredPoint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-else:  # The import of Matplotlib is slow, so it takes place only when something is drawn.
+else:  # Importing Matplotlib is slow. It is therefore imported only to draw.
     Axes = Any
 
 IMPACT_SPEED = r"impact speed $v_0/v^*$"

@@ -21,8 +21,8 @@ from chaincor.workflows.engines.reference.look_ahead import STEP
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 from chaincor.workflows.reproduce.measurements import Answer, MeasuredPoint, Measurements
 
-# Times since the last contact are in sound crossings, which take n - 1 time units. Kinetic energies
-# are averaged over this many crossings after the last contact.
+# The unit of times since the last contact is the sound crossing, n - 1 time units. Kinetic energies
+# are averaged over this many crossings.
 AVERAGED_OVER = 10.0
 LAST = 40.0
 # Fragments are counted at these times, for the map and for the curves against speed.

@@ -100,7 +100,8 @@ class MeasuredPoint:
 
     def bar_of(self, answer: Answer) -> float:
         """Return the error bar of a result, or the engines' difference if that is larger."""
-        # If the second argument is nan, max() returns the first, so the error bar comes first.
+        # The error bar is the first argument, because max() returns its first argument if the
+        # second is nan.
         return max(_number(answer.result.get("restitution_error")), abs(self.difference))
 
     @property

@@ -71,7 +71,7 @@ class Difference:
 class PartingComparison:
     """Comparison of one run with the first run."""
 
-    what: str  #: What differs between the setups of the runs.
+    what: str  #: Difference between the setups of the runs, in words.
     #: ``same``: all digits agree; ``together``: the runs differ only by roundings; ``chaos``:
     #: roundings grow until the runs have parted; ``at once``: the runs differ by more than
     #: roundings from the beginning.

@@ -29,7 +29,8 @@ from chaincor.workflows.engines.reference.compile import (
 )
 from chaincor.workflows.engines.reference.line_traits import LineParameters
 
-# If U'' has no formula, it is a difference quotient of the forces at this strain below and above.
+# If U'' has no formula, it is a difference quotient of the forces at strains that are smaller and
+# larger by this amount.
 _DIFFERENCE = 1e-5
 
 
@@ -113,9 +114,9 @@ def differences_of(force: Callable) -> Callable:
     return curvature
 
 
-# The inner loops in both functions use few arrays, so the compiler can vectorise them. They treat
-# the gap as a bond and correct it afterwards, because a branch for each bond would cost more than
-# the force.
+# The inner loops of `follow` and `pull` use few arrays, so that the compiler can vectorise them.
+# These loops treat the gap as a bond and correct it afterwards, because a branch for each bond
+# would cost more than the force.
 def _build_follow(force: Callable, law: type[ContactLaw], register: Callable) -> Callable:
     press, kick_by = register(law.force_kernel), register(kicked)
 
@@ -174,8 +175,8 @@ def _build_pull(bond_curvature: Callable, law: type[ContactLaw], register: Calla
 
     @register
     def soften(at: Array, change: Array, forces: Array, line: LineParameters) -> None:
-        # Each bond subtracts U'' times the change of its strain. For the gap, the contact law is
-        # used.
+        # Each bond subtracts U'' times the change of its strain. The gap uses the contact law
+        # instead of U''.
         gap = line.gap
         softer = press_bend(at[gap], line.contact) * change[gap]
         softer = forces[gap] - softer
@@ -193,8 +194,8 @@ def _build_pull(bond_curvature: Callable, law: type[ContactLaw], register: Calla
 
     @register
     def weigh(weights: Array, velocity: Array, light: Array, inverse: Array, kick: float) -> None:
-        # The forces are no longer needed after the derivatives with respect to inverse masses, so
-        # the weights replace them.
+        # The weights replace the forces, which are no longer needed after the derivatives with
+        # respect to inverse masses.
         bonds, behind = weights.shape[0], 0.0
         for i in range(bonds):
             ahead = weights[i]

@@ -31,14 +31,14 @@ _USUAL_STEP = 0.1
 # The step is halved until the error of the derivatives is below _WANTED, at most _MOST_HALVINGS
 # times.
 _WANTED, _MOST_HALVINGS = 1e-8, 6
-# The residuals of the two identities show only a part of the error, so they are multiplied by this
-# factor.
+# The residuals of the two identities show only a part of the error. They are therefore multiplied
+# by this factor.
 _RESERVE = 10.0
 # Derivatives with a larger relative error are not returned.
 _WORST = 0.1
-# Variance of rounding, relative to the square of the rounded number. The variance is a twelfth of
-# the squared unit in the last place. This square is on average 0.54 (machine epsilon times the
-# number)^2.
+# Variance of a rounding error, divided by the square of the rounded number. The variance is a
+# twelfth of the squared unit in the last place. This unit squared is on average 0.54 (machine
+# epsilon times the number)^2.
 _ROUNDED = 0.54 / 12.0 * np.finfo(float).eps ** 2
 # Bond parameters are varied by this fraction. The error of the differences is about the square of
 # the fraction.
@@ -280,7 +280,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
     finite = np.where(np.isinf(line.masses), 0.0, line.masses)
     scaled = np.concatenate((finite * masses, -0.5 * line.velocities * velocities))
     scale = np.linalg.norm(scaled)
-    # Both sizes are 0 if nothing changes eta, for example with two equal masses.
+    # Both sizes are 0 if eta depends on nothing, for example for two equal masses.
     parts = ((np.sum(along), size), (np.sum(scaled), scale))
     residual = max(abs(failed) / of if of > 0.0 else 0.0 for failed, of in parts)
     return Gradient(

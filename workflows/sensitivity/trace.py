@@ -18,14 +18,15 @@ from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity.loops import Loops, Substeps, Tape, loops_for
 
 SCHEME = "order8"
-# The force of a soft contact may begin as a fractional power of time. The convergence order of
-# derivatives is then smaller by one than that of eta, so the steps are shorter than in a collision.
+# The force of a soft contact may begin as a fractional power of time. The derivatives then converge
+# with an order that is lower by one than the order of eta. For this reason, the steps at contacts
+# are shorter than in runs that compute only eta.
 GRADING, SHORTEST_SHARE = 0.25, 2.0**-14
 # The tape of a section has about TAPE numbers, so that it fits into a cache. A motion has at least
 # about LEAST_STRETCHES sections, because the last section continues beyond the last contact.
 TAPE, LEAST_STRETCHES = 2.0**19, 4.0
-# A small change in the input can remove a contact that is slower than this fraction of the impact
-# velocity.
+# If a contact is slower than this fraction of the impact velocity, a small change of the input may
+# remove it.
 GRAZING = 1e-6
 
 

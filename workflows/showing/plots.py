@@ -145,8 +145,8 @@ class Plots:
         translation = np.sum([body.translation for body in bodies], axis=0)
         vibration = np.sum([body.vibration for body in bodies], axis=0)
         times = bodies[0].series_times
-        # A hard contact changes the translational energy at once, so the curve starts with the
-        # value before the first contact.
+        # The curve starts with the value before the first contact, because a hard contact changes
+        # the translational energy at once.
         whole = float(translation[0] + vibration[0])
         before = 0.5 * float(np.sum(self._masses)) * result.velocity**2
         begin = min(float(times[0]), -0.05 * result.last_contact_time)

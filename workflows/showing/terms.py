@@ -96,7 +96,8 @@ OF_VALIDATIONS = {
 
 ALL_TERMS = TERMS | TERMS_OF_DUMPS | OF_STUDIES | OF_SCRIPTS | OF_TABLES | OF_VALIDATIONS
 
-# Users also look for these words. Each group is explained under the term on its left.
+# Users may also ask for these words. The words on the right are explained under the term on the
+# left.
 _ALSO = {
     "cause integrator": ("integrator",),
     "cause rounding": ("rounding",),

@@ -121,7 +121,7 @@ def measure_budget(
     if wider_floats() and _WIDE_STAGE * located.force_evaluations < oracle_seconds:
         smooth = restitution_without_rounding(scene, event, located)
         integrator = abs(smooth - reference.restitution)
-        # If there is no run with exact bonds, this difference would include the error from the
+        # Without a run with exact bonds, this difference would also contain the error due to the
         # table.
         rounding = None if table is None else abs(exact - smooth)
     advance(1.0)

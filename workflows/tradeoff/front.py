@@ -14,7 +14,7 @@ from chaincor.workflows.tradeoff.settings import Measurement, Setting, time_unit
 # The promised error of a setting is the largest measured error times this factor, by scheme. Errors
 # at equal steps (in units of the fastest bond) scatter between scenes, because contacts may graze
 # the wall. For 95 of 100 scenes, the error is below the promised one. No factor is smaller than the
-# one from the 130 scenes of the first study.
+# factor from the 130 scenes of the first study.
 RESERVE: dict[Scheme, float] = measured(
     "promise_reserve", {"verlet": 40.0, "order4": 20.0, "order6": 20.0, "order8": 20.0}
 )
@@ -105,8 +105,8 @@ def advised(rows: list[CheapestRow], tolerance: float) -> CheapestRow | None:
 def advise_setting(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
     """Write one line on the cost of the tolerance, and on a quicker setting if there is one."""
     row = advised(rows, tolerance)
-    # A study compares only settings that a scene or a script can have. Extrapolated steps are
-    # therefore missing.
+    # A study compares only schemes that a script can have. With a tolerance, LAMMPS may use other
+    # schemes, such as extrapolation.
     has_more = usual_schemes(scene.problem, tolerance)[0] not in SCHEME_ORDERS
     if row is None:
         reached = f"{rows[-1].error:.0e}" if rows else "nothing"

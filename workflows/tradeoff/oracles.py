@@ -68,10 +68,10 @@ def _collide(
 
     The run `like` has shown that no further contact follows.
     """
-    # In LAMMPS, it saves time to check the wall only after several steps, but not in NumPy.
+    # Checking the wall only after several steps saves time in LAMMPS, but not in NumPy.
     guarded = isinstance(chain, LammpsChain)
     flight = flight_of(chain, scene.problem, numerics, guarded)  # type: ignore[arg-type]
-    # If one source of error is missing, contacts occur at slightly different times.
+    # Without one source of error, contacts occur at slightly different times.
     limit = float(like.contact_times[-1]) + KNOWN_MARGIN / scene.bond.stiffness**0.5
     for _ in like.contact_times:
         if flight.advance(limit) is None:

@@ -29,7 +29,8 @@ STOCK_PHASES = 8
 # Nearby steps differ by at most this fraction, and give different phases of the contacts within a
 # step.
 PHASE_WIDTH = 0.02
-# A series of decreasing steps ends when the error is at most this many times the floor.
+# A series of decreasing steps ends when its error is less than this many times the error that
+# rounding and the reference run cause.
 _FLOOR_SHARE = 3.0
 # In the first pass, one run may take at most this fraction of the total time.
 _LONGEST_SHARE = 0.08
@@ -149,7 +150,7 @@ class Measurement:
     seconds: list[float] = field(default_factory=list)
     #: Processor time for everything else: table, files, a new LAMMPS instance.
     setup_seconds: list[float] = field(default_factory=list)
-    force_evaluations: int = 0  #: Number of contacts in one run.
+    force_evaluations: int = 0  #: Number of force evaluations in one run.
     table_points: int | None = None  #: Number of rows in the table.
     failure: str | None = None  #: Reason for a failure.
 

@@ -20,8 +20,8 @@ from chaincor.workflows.given import scene_given
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.result import Collision
 
-# The default step is this multiple of the fastest bond's 1/omega. Bond lengths between steps can
-# therefore exceed the extremes at the ends of steps only by little.
+# Smallest assumed step, as a multiple of 1/omega of the fastest bond. Bond lengths are recorded at
+# the ends of steps. Between these, lengths can exceed the recorded extremes slightly.
 _USUAL_STEP = 0.4
 _ROUNDING = 1e-12
 

@@ -13,9 +13,9 @@ from chaincor.workflows.errors import ChaincorError
 from chaincor.workflows.result import Collision
 from chaincor.workflows.validation.comparison import judging_scene
 
-# A mistake is accepted as the cause if it leaves a difference of at most the fraction _LEFT of the
-# original difference and at most _MOST_LEFT. If the remaining difference is at most _BARS error
-# bars, the mistake is also accepted.
+# A mistake is accepted as the cause if correcting it leaves at most the fraction _LEFT of the
+# difference, and at most _MOST_LEFT. A remaining difference of at most _BARS error bars is also
+# accepted.
 _LEFT, _MOST_LEFT, _BARS = 0.02, 2e-3, 2.0
 # If the energy scale of an LJ potential is 1, the bond is this many times stiffer than the chain's.
 _LJ_STIFFNESS = 72.0

@@ -16,8 +16,8 @@ def save_validation_plot(results: Sequence[Validation], path: Path) -> None:
     ratios: dict[str, list[float]] = {}
     for k, result in enumerate(results):
         for comparison in result.comparisons:
-            # The number of contacts has no error bar, so it is not drawn. The verdict takes it into
-            # account.
+            # The number of contacts is not drawn, because it has no error bar. The verdict takes it
+            # into account.
             if not comparison.allowed:
                 continue
             row = ratios.setdefault(comparison.quantity, [np.nan] * len(results))

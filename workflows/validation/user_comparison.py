@@ -35,7 +35,8 @@ RUNGS = 6
 # If half the time step reduces a difference to less than this fraction, the step causes the
 # difference.
 _FALLS = 0.7
-# Additional runs at steps within a percent show whether the error depends smoothly on the step.
+# Additional runs at these multiples of the step show whether the error depends smoothly on the
+# step.
 NEARBY = (1.0, 0.9937, 1.0071, 0.9862, 1.0123)
 
 

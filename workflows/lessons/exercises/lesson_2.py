@@ -20,8 +20,8 @@ def _force(lengths: Array) -> Array:
 @cache
 def _more_rows(style: str) -> float:
     """Return by which factor the number of rows must grow for a hundred times smaller error."""
-    # The exponent follows from the largest errors of the force for two numbers of rows, one twice
-    # the other.
+    # The exponent follows from the largest errors of the force in two tables, one with twice as
+    # many rows as the other.
     between = np.linspace(0.9, 1.1, 4001)
     errors = []
     for rows in (101, 201):

@@ -24,7 +24,7 @@ from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurement
 
 _KEY = "contacts_and_restitution"
 _RISE = (0.16, "0.16, the rise of f(n)/n of lj chains here")
-# "near 1" means within these bounds, because the margin of words is 10 %.
+# The paper's words "near 1" mean this range, because claims in words have a margin of 10 %.
 _AROUND_SCALE = (0.9, 1.1)
 
 
@@ -153,7 +153,7 @@ def _high_speed_limit(measured: Measurements) -> ClaimFinding:
 
 def _fastest(measured: Measurements) -> tuple[list[MeasuredPoint], str]:
     """Return the fastest integrated chain for each bond, and a description of these chains."""
-    # If a value was set equal to that of hard spheres, it is no evidence that chains approach hard
+    # Results that were set equal to those of hard spheres are no evidence that chains approach hard
     # spheres.
     integrated = [[p for p in points if not p.is_limit] for points in curves(measured).values()]
     if not all(integrated):

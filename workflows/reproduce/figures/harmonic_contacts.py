@@ -42,7 +42,7 @@ def _by_lammps(measured: Measurements) -> tuple[list[MeasuredPoint], str]:
     )
 
 
-# The scale is the dissipation of a harmonic chain of 100 particles.
+# The error of our number is compared with the dissipation of a harmonic chain of 100 particles.
 @claim(
     "section II",
     exact(0.0, 0.03),
@@ -80,7 +80,7 @@ def difference_over_velocities(
     )
 
 
-# The scale is t_c/τ itself.
+# The error of our number is compared with t_c/τ itself.
 @claim(
     "section II",
     exact(0.0, 2.0),
@@ -93,7 +93,7 @@ def _independence_of_contact_time(measured: Measurements) -> ClaimFinding:
     )
 
 
-# The scale is the largest E_j/E of a harmonic chain of 100 particles.
+# The error of our number is compared with the largest E_j/E of a harmonic chain of 100 particles.
 @claim(
     "section II",
     exact(0.0, 0.001),
@@ -265,8 +265,8 @@ def _speed_of_two(measured: Measurements) -> ClaimFinding:
 @claim("eq. (10)", digits("1.15"), "v = 1.15 v₀", text="v = 1.15 v₀ at n = 500")
 @number_of_paper_chain
 def _incoming_speed(point: MeasuredPoint, _intervals: Array, speeds: Array) -> tuple[float, str]:
-    # This number follows from momentum conservation. The total change is n v0 (1 + e), and a
-    # contact at speed v contributes 2 v.
+    # Momentum conservation gives this mean speed: the momentum changes by n v0 (1 + e) in total,
+    # and by 2 v in a contact at speed v.
     momentum = (1.0 + point.restitution**0.5) / (2.0 * speeds.size / PAPER_CHAIN)
     return float(np.mean(speeds)), (
         f"mean over {speeds.size} contacts, {point.origin}; ± difference between the engines; "

@@ -20,8 +20,8 @@ _SLOW = PAPER_SIZE_SPEEDS[-1]
 # In slow chains, dissipation becomes constant only at large lengths. The fits therefore use the
 # last part of each curve, which begins at the longest length divided by this number.
 _LAST_PART = 5.0
-# The cost of a LAMMPS run grows as n^2 v0/v*. A point with a larger value would take 3 to 8 % of
-# the total time.
+# The cost of a LAMMPS run is proportional to n^2 v0/v*. Points with a larger n^2 v0/v* than this
+# are left to the reference engine, because in LAMMPS each would take 3 to 8 % of the total time.
 _DEAREST = 3e5
 # In this range of lengths, slow chains still look harmonic.
 _BEFORE = (100, 1000)

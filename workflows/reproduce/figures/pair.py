@@ -20,8 +20,8 @@ from chaincor.workflows.reproduce.figures.harmonic_contacts import number_of_pap
 from chaincor.workflows.reproduce.measurements import MeasuredPoint, Measurements, NoNumber, column
 from chaincor.workflows.reproduce.plan import ReproductionPlan, Study, chains
 
-# The tolerance of eta is small, because the chain of two is judged by the interval between its
-# contacts, while its eta is always nearly 1.
+# The tolerance of eta is small, because eta is always nearly 1 for a chain of two. The chain is
+# judged by the interval between its contacts.
 _TOLERANCE = 1e-10
 _BOND = LennardJones()
 

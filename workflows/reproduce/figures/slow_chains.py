@@ -30,10 +30,10 @@ _BONDS: dict[str, dict[str, Any]] = {
     "log": {"potential": "log"},
 }
 _SHORTEST = 28
-# At values of kappa v0 n^(2/3) beyond this, chains of no computed length are slow.
+# Chains with a larger kappa v0 n^(2/3) are not slow at any computed length.
 _LAST = 30.0
-# Eta scatters with the phase of the last contacts, so results for lengths within 6 % of each size
-# are averaged. Toda chains with other b are similar, so one length is enough for them.
+# Eta scatters with the phase of the last contacts. Results are therefore averaged over lengths
+# within 6 % of each size. Toda chains with other b are similar, so one length is enough for them.
 _PARTS = {name: np.linspace(0.94, 1.06, 5) for name in ("lj", "toda, b = 10", "log")}
 _NEAR, _LONGEST_MEAN = 0.07, 1000
 # The panel with the distances from the curve ends at this value of kappa v0 n^(2/3).

@@ -99,7 +99,8 @@ def _order_of_particles(measured: Measurements) -> ClaimFinding:
     )
 
 
-# The scale is the distance that the chain travels at v0 in one unit of time.
+# The error of our number is compared with the distance that the chain travels at v0 in one unit of
+# time.
 @claim(
     "section II",
     exact(0.0, 1.0),
