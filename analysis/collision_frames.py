@@ -198,7 +198,7 @@ class CollisionFrames:
         if self.layout.targets:  # the impact velocity was taken from this frame
             return "moving"
         v = self.first_state.velocities
-        # Rounding error of the printed velocities and of their sum.
+        # Bound on the rounding errors of the printed velocities and of their sum.
         slack = 4.0 * self.resolution + 1e-9 * self.velocity
         slack += v.size * float(np.finfo(float).eps * np.max(np.abs(v)))
         at_wall = self.first_state.gap == 0.0

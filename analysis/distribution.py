@@ -99,7 +99,8 @@ def quantile(values: ArrayLike, probability: float) -> Quantile:
     ordered = np.sort(np.asarray(values, dtype=float))
     count, tail = len(ordered), 0.5 * (1.0 - CONFIDENCE)
     padded = np.concatenate(([-math.inf], ordered, [math.inf]))
-    # The quantile is below sample k (counted from 1) only if fewer than k samples are below it.
+    # The quantile is below sample k (counted from 1) only if fewer than k samples are below the
+    # quantile.
     below = int(binom.ppf(tail, count, probability))
     above = int(binom.ppf(1.0 - tail, count, probability)) + 1
     return Quantile(

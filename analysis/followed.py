@@ -16,8 +16,8 @@ from chaincor.analysis.restitution import bond_strains
 from chaincor.lammps_inputs.bonds.potential import Potential, stiffness_of
 from chaincor.lammps_inputs.errors import InputError
 
-# Largest accepted velocity along y or z, divided by v0. Its kinetic energy is 1e-12 of that along
-# x.
+# Largest accepted velocity along y or z, divided by v0. Motion at this velocity has 1e-12 of the
+# energy at impact.
 _SIDEWAYS = 1e-6
 
 

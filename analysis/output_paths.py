@@ -8,7 +8,8 @@ from pathlib import Path
 from chaincor.lammps_inputs.errors import InputError
 
 # Pattern in the first _BEGINNING bytes of a file, by kind of output. The patterns recognize outputs
-# of chaincor, not only the format: a user's own dump, archive or page stays.
+# of chaincor and not only the format, so that no dump, archive or page of another program is
+# overwritten.
 _BEGINNING = 1024
 _MARKS = {
     "dump": rb"(?s)^ITEM: .*\nITEM: ATOMS [^\n]*v_displacement",

@@ -63,7 +63,8 @@ _LATER = 2.0
 # velocity of the scene, with _BISECTIONS bisections.
 _MOST_FASTER, _BISECTIONS = 100.0, 30
 _MOST_PROBES = 20_001
-# Shared tables have ranges and numbers of rows from geometric sequences with this ratio.
+# For shared tables, ranges and numbers of rows are rounded up to geometric sequences with this
+# ratio. Similar scenes then need equal tables.
 _SHARED_RATIO = 1.25
 
 

@@ -36,7 +36,7 @@ _SMALLEST_SPEED = 1e-9
 # contact to the second frame. Their sum may differ by this fraction from the time between the
 # frames.
 _GAP = 0.25
-# Relative precision of the time in a frame, even in the default format.
+# Smallest relative precision of the time in a frame, which the default format has.
 _MARGIN = 1e-6
 # Largest difference, in units of v0, between the momentum transferred at the detected contacts and
 # the change of momentum in the dump. If the difference is larger, a contact may be missing.
@@ -46,12 +46,12 @@ _LARGEST_MISS = 0.5
 _FASTEST = 2.0
 # Tolerance of the reintegration, for dumps with all digits.
 _RELATIVE_TOLERANCE = 1e-12
-# Sound crosses 1 to about 2 bonds in a unit of time. Particles farther away than this cannot affect
-# the contact.
+# Particles farther away than this number of bonds per unit of time, plus _MORE_PARTICLES, cannot
+# affect a contact. Sound crosses only 1 to about 2 bonds in a unit of time.
 _PARTICLES_PER_TIME = 3.0
 _MORE_PARTICLES = 30
-# The reintegration of a spoilt frame may need very small steps. It fails if it evaluates the forces
-# more than ten times as often as harmonic chains need.
+# Limits on the force evaluations of a reintegration, because a spoilt frame may require very small
+# steps. They are ten times what harmonic chains need.
 _EVALUATIONS, _MORE_EVALUATIONS, _MOST_EVALUATIONS = 400.0, 20_000, 100_000
 
 

@@ -130,7 +130,7 @@ def _read_binary_frame(stream: IO[bytes], name: str) -> DumpFrame | None:
         )
     step, particles = _take(stream, "<i8", 2)
     triclinic = _take(stream, "<i4", 1)[0]
-    boundaries = _take(stream, "<i4", 6)  # lower and upper of x, y, z; 0: periodic
+    boundaries = _take(stream, "<i4", 6)  # lower and upper face in x, y and z; 0 if periodic
     bounds = _take(stream, "<f8", 6).reshape(3, 2)
     if triclinic:
         _take(stream, "<f8", 3)

@@ -3,7 +3,7 @@
 from itertools import islice
 from pathlib import Path
 
-# By default, numbers have the six digits of ``%g``.
+# A file has at least the six digits of the default format ``%g``.
 _LEAST_DIGITS = 6
 # float64 has at most this many digits.
 _MOST_DIGITS = 17

@@ -7,7 +7,8 @@ from rich.text import Text
 from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, SKY, rest_positions
 
 # Colours range from blue (towards the wall) through grey to yellow (away from the wall).
-# Colour-blind readers can distinguish them. The height of a mark also shows the velocity.
+# Colour-blind readers can distinguish these colours. The height of a symbol also shows the
+# velocity.
 _COLOURS = (BLUE, SKY, GREY, ORANGE, "#F0E442")
 _WALL, _PARTICLE, _SPEED, _REST = "█", "●", "•", "─"
 _HISTOGRAM_COLUMNS, _HISTOGRAM_ROWS = 78, 20

@@ -139,10 +139,10 @@ class Grid:
         wave = 1.0 / math.sqrt(max(1.0, 0.5 * steep))
         self.spacing = spacing * wave
         self._sponge_length = _SPONGE + _SPONGE_WAVES * wave
-        # Stiffening bonds: the train ends at 2 y/3 on the way out and at most y further on the way
-        # back. No wave is faster than y. Therefore the rear half of the train cannot reach the
-        # point near y at which the chain leaves the wall. Softening bonds: the train begins at -2
-        # |y|.
+        # If bonds stiffen, the head of the train is at X = 2 y/3 at the free end. Back at the wall,
+        # it is at most y farther, because no wave is faster than y. The rear half of the train is
+        # not needed, because it cannot reach the point near X = y at which the chain leaves the
+        # wall. If bonds soften, the train begins at X = -2 |y|.
         behind = (_REAR if variable > 0.0 else 2.2) * steep + _BEHIND + _BEHIND_WAVES * wave
         ahead = (1.75 if variable > 0.0 else 0.3) * steep + _AHEAD
         self._left = -behind

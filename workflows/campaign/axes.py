@@ -7,8 +7,8 @@ import numpy as np
 
 Axis = Sequence[Mapping[str, Any]]
 
-# If a range has more values than this, each value is computed when it is needed. In memory it would
-# take 8 bytes.
+# If a range has more values than this, each value is computed when it is needed, because a stored
+# value takes 8 bytes.
 _MOST_KEPT = 1_000_000
 
 

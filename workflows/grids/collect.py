@@ -29,8 +29,8 @@ _NAMES = (
 )
 _NOT_NEGATIVE = ("restitution", "restitution_error", "last_contact_time")
 _RESTORE = "Restore the files of the job, or write the grid anew"
-# Largest relative difference, due to rounding, between the speeds after the collision from two
-# results in a log, which are printed with 17 digits.
+# A log prints eta and the momentum change with 17 digits. Due to rounding, the two speeds after the
+# collision that follow from them may differ by this fraction.
 _SAME = 1e-9
 _SUBMIT_AGAIN = "Move log.lammps and chain.state away and submit it again"
 # Largest count that both a store and a float represent exactly.

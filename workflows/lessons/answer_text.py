@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.errors import PotentialError
 _SIGNS = {"−": "-", "–": "-", "·": "*", "×": "*", "^": "**", "π": "pi", "√": "sqrt"}
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _RAISED = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
-# Words before a number: a label such as `eta =`, "about", and a sign that allows both signs.
+# Text before a number: a label such as `eta =`, a word such as "about", or the sign ±.
 _BEFORE = re.compile(
     r"^(?:[^\W\d][\w*]*(?: [^\W\d]\w*)* ?= ?|(?:about|approximately|after|order|≈|~) ?"
     r"|(?:a )?factor (?:of )?|(?:±|\+/?-) ?)",

@@ -28,7 +28,7 @@ from chaincor.workflows.terminal_text import csv_cell
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# If an SVG figure is larger, the page embeds it as PNG.
+# If an SVG figure has more bytes than this, the page embeds the figure as PNG.
 _LARGEST_SVG = 400_000
 
 

@@ -170,7 +170,8 @@ def _ends(study: "ScriptStudy", ends: tuple[float, float]) -> str:
     """Write why the runs end at different times, and how to avoid it."""
     low, high = ends
     if study.varied.kind == "step":
-        # If the script has 'reset_timestep', each run still covers its simulated time exactly.
+        # The end times may differ because the script has 'reset_timestep'. The runs still cover
+        # equal simulated times.
         reset = next(
             (c for c in study.varied.script.commands if c.words[0] == "reset_timestep"), None
         )

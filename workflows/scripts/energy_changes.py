@@ -29,8 +29,8 @@ _BATHS = (*_THERMOSTATS, "deform", "wall/", "move", "addforce", "efield", "inden
 # A reflecting wall exchanges energy only if it moves.
 _MIRROR = "wall/reflect"
 # econserve counts the energy that these fixes exchange: in runs with LAMMPS of 2025-07-22,
-# econserve stays constant to 1e-3 while etotal changes by a tenth. For fix langevin, econserve does
-# so only with the keyword `tally yes`, and for other fixes never.
+# econserve stays constant to 1e-3 while etotal changes by a tenth. Energy from fix langevin is
+# counted only with the keyword `tally yes`, and energy from other fixes never.
 _COUNTED = ("nvt", "npt", "nph", "temp/", "rigid/nvt", "rigid/npt")
 _TALLY = "tally yes"
 _UNSHIFTED = ("lj/cut", "lj96/cut", "morse", "buck", "yukawa", "born", "mie/cut", "lj/expand")

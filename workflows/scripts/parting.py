@@ -28,7 +28,7 @@ from chaincor.workflows.scripts.varied import LAST_DIGIT, RANKS, RESTART, Varied
 # Runs have parted if their particles differ by more than this fraction of the distance between
 # neighbours.
 PARTED = 0.01
-# During this first fraction _EARLY of a run, rounding errors move particles by at most _AT_ONCE
+# During the first fraction _EARLY of a run, rounding errors move particles by at most _AT_ONCE
 # times the distance between neighbours.
 _AT_ONCE, _EARLY = 1e-6, 0.1
 # Particles are displaced by this fraction of the box length, to change the last digit of positions.

@@ -176,7 +176,7 @@ def included_files(folder: Path, change: Change) -> dict[str, str]:
         string("m", "ternary(v_chaincor_n<1,0,round(v_chaincor_p*v_chaincor_b))"),
     ]
     if change.finer == 1.0:
-        # With these commands the numbers of steps stay unchanged.
+        # With these commands, the numbers of steps stay as in the script.
         before[6:] = [string("p", "v_chaincor_u"), string("m", "v_chaincor_n")]
     if change.shaken:
         shake = (

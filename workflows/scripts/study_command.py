@@ -13,7 +13,7 @@ DEFAULT_TIMEOUT = 600.0
 class StudyCommand:
     """Command of a study, as a user would type it again."""
 
-    base: tuple[str, ...] = ()  #: Words without the options that follow.
+    base: tuple[str, ...] = ()  #: Words of the command, without the options in the other fields.
     ladder: tuple[str, ...] = ()  #: The option ``--vary``; empty for the default ladder.
     runs: tuple[str, ...] = ()  #: The option ``--seeds`` or ``--phases``; empty for the default.
     limit: tuple[str, ...] = ()  #: The option ``--timeout``; empty for the default.

@@ -99,7 +99,8 @@ def copy_rows(
 
 
 def _copy_from_source(target: Store, keys: Sequence[str] | None) -> tuple[int, int, int]:
-    # SQL copies the rows that need no change. Python would take five times as long.
+    # SQL copies the rows that need no change, because copying in Python would take five times as
+    # long.
     replaced = equal = kept = 0
     staying: list[str] = []
     changes: dict[str, dict[str, Any]] = {}

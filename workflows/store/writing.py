@@ -67,8 +67,8 @@ def _write(
             update_row(store, key, {name: columns[name] for name in kept})
         return
     had_arrays = old is not None and old.columns["has_arrays"]
-    # If the row had arrays, the new ones are written too, because stored arrays must belong to the
-    # row's result. A worker sends arrays only on request.
+    # If the old row had arrays, the new arrays are written, because stored arrays must belong to
+    # the stored result. Workers send arrays only on request.
     keep_arrays = bool(row.arrays) and (arrays or had_arrays)
     columns |= _NO_FAILURE
     if old is not None:

@@ -37,7 +37,8 @@ from chaincor.workflows.tables.section_faults import (
 )
 
 STYLES: tuple[Style, ...] = ("spline", "linear", "lookup")
-# If no tolerance is given, energies and forces may differ by this fraction of the local force.
+# If no tolerance is given, forces may differ from the slope of the energy by this fraction of the
+# local force.
 CONTRADICTION = 0.01
 # To find a number of rows that meets the tolerance, these multiples of the given number are tried.
 _TRIED = (1, 2, 5, 10, 20, 50, 100, 1000)
@@ -223,8 +224,8 @@ def _with_errors(
     errors = judge.errors(style, report.style_rows)
     limit = tolerance or TOLERANCE
     faults = list(report.faults)
-    # The forces belong to the distances in the file. If LAMMPS uses other distances, these explain
-    # every contradiction.
+    # The forces belong to the distances in the file. If LAMMPS uses other distances, this
+    # difference explains every contradiction.
     is_moved = table.kind == "pair" and bool(faults_of_spacing(section))
     found = None if is_moved else contradictions(judge, errors, tolerance or CONTRADICTION)
     cause, contradiction = found or (None, None)

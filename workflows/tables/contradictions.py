@@ -32,7 +32,8 @@ _FACTORS = {
 }
 # A cause is accepted if its correction leaves less than this fraction of the difference.
 _EXPLAINS = 0.1
-# Forces are a constant multiple of the slopes if their ratio varies by less than this fraction.
+# Forces count as a constant multiple of the slopes of the energy if the ratio varies by less than
+# this fraction.
 _CONSTANT = 0.03
 # A cause applies to the whole table if its correction improves more than the fraction _WHOLE of the
 # rows. Otherwise the cause may apply to the longest sequence of improved rows. There may be at most

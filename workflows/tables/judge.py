@@ -12,15 +12,17 @@ from chaincor.workflows.tables.neighbours import Neighbours
 
 # Particles rarely reach energies higher than this many kT above the minimum.
 THERMAL_ENERGIES = 10.0
-# The local force is the largest force within the distance WINDOW times the range on both sides. It
-# is at least LEAST_FORCE times the largest force in the range.
+# The local force at a point is the largest force in its neighbourhood, which extends by the
+# fraction WINDOW of the range to both sides. The local force is at least LEAST_FORCE times the
+# largest force in the range.
 WINDOW = 0.05
 LEAST_FORCE = 1e-3
 _BINS = 200
 # Errors are computed at up to _PLACES points between two rows, and at about _MOST_PLACES points in
 # all.
 _PLACES, _MOST_PLACES = 8, 400_000
-# Contradictions are averages, and the scatter is a maximum, over this many rows on both sides.
+# Contradictions are averaged over this many rows on both sides. The scatter is the maximum over the
+# same rows.
 _BESIDE = 3
 # The mean of seven random errors rarely exceeds this multiple of the largest scatter.
 _MEAN_OF_NOISE = 1.5

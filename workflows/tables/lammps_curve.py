@@ -20,7 +20,8 @@ TableKind = Literal["bond", "angle", "dihedral", "pair"]
 Style = Literal["linear", "spline", "lookup", "bitmap"]
 Function = Callable[[Array], Array]
 
-# If an end slope is larger, LAMMPS ignores it and sets the curvature at this end to zero.
+# If the slope given for an end is larger than this, LAMMPS ignores the slope and sets the curvature
+# at this end to zero.
 _NO_SLOPE = 0.99e30
 # Without FPRIME, LAMMPS computes the slopes of a pair's F/r at both ends from finite differences.
 # Their width is this fraction of a bin.

@@ -25,8 +25,8 @@ mass 1 1.0
 {kind}_coeff {target} in.table {keyword}
 {kind}_write {types} {points} {low:.17g} {high:.17g} out.table OUT
 """
-# In LAMMPS 22Jul2025, angle_write and dihedral_write do not support tables, so the forces on atoms
-# are read.
+# In LAMMPS 22Jul2025, angle_write and dihedral_write do not support tables. The forces on atoms are
+# read instead.
 _FEEL = """atom_style molecular
 atom_modify map array
 read_data in.data
@@ -74,8 +74,8 @@ def run_lammps(
     words = {"kind": kind, "style": style, "rows": rows, "keyword": keyword}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        # LAMMPS would split a path at spaces and replace $ in it, so the copied table gets a fixed
-        # name.
+        # The table is copied to a fixed name, because LAMMPS would split a path at spaces and
+        # replace $ in it.
         (folder / "in.table").write_bytes(path.read_bytes())
         if kind in ("bond", "pair"):
             script = (

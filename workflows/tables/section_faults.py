@@ -27,10 +27,10 @@ _KNOWN: dict[TableKind, set[str]] = {
 }
 # LAMMPS refuses an angle table if one of its ends differs from 0 or 180 degrees by more than this.
 _ANGLE_ENDS = 1e-10
-# LAMMPS recomputes distances from R, RSQ or BITMAP, and warns if the relative difference is larger
-# than this.
+# LAMMPS recomputes distances from R, RSQ or BITMAP. It warns if these differ from the distances in
+# the file by more than this fraction.
 _SAME_LENGTH = 1e-6
-# If rows are closer than this, cubic splines overflow.
+# Cubic splines overflow if two rows are closer to each other than this.
 _NEAREST = 1e-30
 # LAMMPS cannot read lines of these kinds. Each kind has a message with a remedy.
 _UNREADABLE = (

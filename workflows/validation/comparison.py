@@ -225,7 +225,7 @@ def _by_force_table(scene: Scene, subject: Collision, judge: Collision) -> Itera
     """
     rows = bead_table_rows(scene.problem, Numerics(table_points=scene.table_points))
     if rows is not None or scene.damping is not None or scene.diameters is not None:
-        return  # a table is used anyway, or it lacks a property of the beads
+        return  # the run has used a table, or a table cannot describe the beads
     fields = dict.fromkeys(NUMERICS_KEYS) | {"timestep": subject.timestep, "table_points": ROWS}
     by_table = collide(scene.replace(engine="lammps", tolerance=None, error=False, **fields))
     bars = [result.restitution_error for result in (subject, judge)]

@@ -205,7 +205,7 @@ def _fault(text: str, whole: bool) -> str | None:
             "dump of the run"
         )
     if len(set(values)) > 1:
-        # If a log has several results, the intended one is unknown.
+        # If a log has several results, the intended result is unknown.
         return (
             f"holds {len(values)} lines 'restitution = NUMBER', from {min(values):g} to "
             f"{max(values):g}. Write the log of each run into a file of its own"
