@@ -15,7 +15,7 @@ from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-# The table file has one section for each bond type.
+# Names of the sections of a table file, one for each bond type.
 KEYWORDS = ("CHAIN", "FAR")
 
 # If a chain breaks, some bonds become much longer than all others. A second table for these lengths
@@ -27,8 +27,8 @@ FAR_BACK = 1.9
 NEAR_END = FAR_OUT + 0.25
 FAR_START = FAR_BACK - 0.25
 
-# Closer than one bin to the end of a spline table, LAMMPS reads beyond the table. The margin keeps
-# bonds three bins away from the end.
+# If a bond is closer than one bin to the end of a spline table, LAMMPS reads beyond the table. The
+# margin keeps bonds three bins away from the end.
 MARGIN_BINS = 3
 # Margin of a table, as a fraction of the strain at its end. A pilot run samples bonds only at the
 # ends of steps. At H = 0.4 and a frequency of 2 it misses up to 1 - cos(0.4) = 8 % of an extreme
@@ -146,8 +146,8 @@ def tabulate_near_and_far(
     if rows is not None or longest <= NEAR_END + 1.0:
         return tabulate(bond, bond_range, style, rows, force_error)
     if force_error is None:
-        # Force error of the near table. The forces in the far table are small, and it may have the
-        # same error.
+        # Allow the usual force error of the near table in both tables; the forces in the far table
+        # are small.
         force_error = FORCE_TARGET[style] * abs(float(bond.force(shortest - 1.0)))
     ranges = ((shortest, NEAR_END), (FAR_START, longest))
     rows = max(
@@ -177,8 +177,8 @@ def with_margin(bond: Potential, bond_range: tuple[float, float], rows: int) -> 
     low = shortest - max(MARGIN_FRACTION * abs(1.0 - shortest), 1e-9)
     # Rounding slightly stretches even a bond that is only compressed.
     high = longest + max(MARGIN_FRACTION * max(longest - 1.0, 0.2 * (1.0 - shortest)), 1e-9)
-    # Each margin also contains some bins, whose width grows with the range, and one more bin if
-    # rows are moved onto kinks.
+    # Each margin also contains MARGIN_BINS bins, whose width grows with the range, and one more bin
+    # if rows are moved onto kinks.
     margin_bins = MARGIN_BINS + bool(bond.kinks)
     margin = margin_bins * (high - low) / max(bins - 2 * margin_bins, 1)
     low, high = low - margin, high + margin
@@ -218,7 +218,8 @@ def rows_on_kinks(bond: Potential, span: tuple[float, float], rows: int) -> tupl
     first, last = inside[0], inside[-1]
     most = int((last - first) / spacing)
     if most > 0:
-        # With fewer bins between the kinks, bins are wider, and the table can only become longer.
+        # Try fewer bins between the first and the last kink. The bins are then wider, and the table
+        # can only become longer.
         counts = np.arange(most, max(int(_FINER * most), 1) - 1, -1)
         steps = (last - first) / counts
         offsets = (np.array(inside) - first) / steps[:, None]
@@ -247,7 +248,7 @@ def choose_rows(
     range. The result is at most ``MOST_ROWS``.
     """
     ends = [span[0], *(1.0 + k for k in bond.kinks if span[0] < 1.0 + k < span[1]), span[1]]
-    # Kinks are on rows, and the error is therefore measured only between kinks.
+    # Measure the error only between kinks, because the kinks are on rows.
     parts = [_probe(bond, part, style) for part in pairwise(ends)]
     scale = max(size for _, size in parts)
     target = FORCE_TARGET[style] * scale

@@ -30,8 +30,8 @@ _LONGER, _MARGIN = 1.05, 5.0
 #: Usual number of rows of the force table, and an upper bound on the error of eta due to their
 #: interpolation.
 ROWS, TABLE_ERROR = 100_000, 1e-8
-# The force table extends to overlaps larger by this factor than the overlap of two beads that have
-# all energy of the column, up to the largest overlap.
+# The force table extends to _DEEPER times the overlap of two beads that have all energy of the
+# column, but at most to the overlap _DEEPEST.
 _DEEPER, _DEEPEST = 1.02, 0.95
 
 
@@ -132,8 +132,8 @@ def _wall(problem: Problem) -> str | None:
     if bond.damping_law == "viscoelastic":
         line = problem.line
         damping /= (0.5 * _first_diameter(line)) ** 0.5 * float(line.chain_masses[0])
-    # The strength of the law at the wall contains the square root of the diameter, and so does
-    # LAMMPS's sqrt(R_eff).
+    # Divide by the square root of the diameter, because both the strength of the law at the wall
+    # and LAMMPS's sqrt(R_eff) contain this root.
     stiffness = WALL_STIFFNESS * contact.strength / _first_diameter(problem.line) ** 0.5
     return f"{number(stiffness)} {number(damping)}"
 
@@ -148,7 +148,8 @@ def _values(problem: Problem, numerics: Numerics, folder: str) -> dict[str, Any]
         "data": f"{folder}/{DATA_FILE}",
         "rows": rows,
         "table": f"{folder}/{TABLE_FILE}",
-        # The formula of a whole power is not zero at a distance.
+        # If the exponent is a whole number, the formula of the force is not zero for bodies that
+        # are apart; the factor (x[1]<0.0) makes it zero.
         "push": contact_force(problem.line, "(x[1]<0.0)*") if forced else [],
         "push_on": contact_force_on(problem.line) if forced else [],
         "pairs": _pairs(problem),

@@ -4,7 +4,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-# Kinds of NumPy's types: truth values, complex numbers, bytes, dates and durations.
+# Codes of the NumPy types that are no numbers here: truth values, complex numbers, bytes, dates and
+# durations.
 _NO_NUMBERS = ("b", "c", "S", "M", "m")
 
 

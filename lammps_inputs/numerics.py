@@ -19,7 +19,7 @@ class Numerics:
     #: ``extrapolated12`` to ``extrapolated16`` are also possible, and in the reference engine
     #: ``srkn14``; see ``chaincor.workflows.engines.schemes``.
     scheme: StepSchemeName = "order6"
-    timestep: float = DEFAULT_TIMESTEPS["order6"]  #: Composed step H.
+    timestep: float = DEFAULT_TIMESTEPS["order6"]  #: Time step H of the scheme.
     table: TableStyle = "spline"  #: Interpolation of the bond table: ``linear`` or ``spline``.
     #: Rows of the bond table; None if they are chosen for the target error.
     table_points: int | None = None

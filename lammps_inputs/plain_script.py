@@ -13,8 +13,8 @@ from chaincor.lammps_inputs.script_plan import JobWishes, ScriptPlan
 # Verlet step of a plain script, in units of 1/omega of the fastest bond at its natural length.
 _TIMESTEP = 0.01
 # Duration of a script: the time of the last contact, multiplied by the first number, plus the
-# second number. The stock wall may detect a contact slightly late, and eta does not change after
-# the last contact.
+# second number. The additional time is needed because the stock wall may detect a contact slightly
+# late. It does no harm, because eta does not change after the last contact.
 _LONGER, _MARGIN = 1.1, 5.0
 _LINES_OF_THERMO = 20
 

@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.line import Line
 
-# The longest time of approach includes this factor as a reserve.
+# Factor on the longest time of approach, as a reserve.
 _LATEST = 1.1
 
 

@@ -36,8 +36,9 @@ class ScriptedSteps:
     weights: tuple[float, ...]  #: Weights w_k of the Verlet steps w_k H; they are symmetric.
     order: int  #: Order in H of the error of one run.
     citation: str  #: Source of the weights.
-    coarse: float  #: Verlet step while the script waits for a contact-free time.
-    patience: float  #: Time after a contact at which the script begins to use the coarse step.
+    #: Verlet step that the script takes when no contact has come for the time `patience`.
+    coarse: float
+    patience: float  #: Time after a contact at which the script changes to the step `coarse`.
     #: Steps are graded near the begin and the end of a contact of soft bodies. The first number is
     #: the duration of the grading, and the second its power. It is None without grading.
     graded: tuple[float, float] | None = None
@@ -75,14 +76,15 @@ class ScriptPlan:
     table: BondTable | None  #: Table of the bonds; None for LAMMPS's own harmonic bond.
     #: End of the same collision in a pilot run, or None. The script does not end earlier.
     end: ExpectedEnd | None = None
-    #: Data for the error bar, which requires further runs; None for a script without error bar.
+    #: Data for the error bar, for which the script makes further runs; None for a script without
+    #: error bar.
     bar: ScriptedBar | None = None
     #: Tolerance for which the numerics were chosen, printed in the heading.
     tolerance: float | None = None
     #: Largest velocity that the script accepts. The table is expected to be wide enough for it. By
     #: default it is the velocity of the scene.
     fastest: float | None = None
-    #: Why the job is not expected to reach the tolerance; None if it is expected to.
+    #: Reason why the job may miss the tolerance; None if it is expected to reach the tolerance.
     doubt: str | None = None
     #: Hash of the scene, which a guarded job prints; None to print no hash.
     scene_sha256: str | None = None

@@ -35,7 +35,7 @@ GENERATOR = "PCG64"
 OVERLAP_RISK = 1e-12
 # Number of classes into which bonds are grouped according to their weight in the length of a body.
 _SHARES = 256
-# Grid of lambda on which the smallest bound is searched for, in units of 1/width.
+# Values of lambda at which the bound is computed, in units of 1/width; the smallest bound is used.
 _SLOPES = 2.0 ** (np.arange(-16.0, 49.0) / 8.0)
 
 

@@ -16,19 +16,21 @@ if TYPE_CHECKING:
 # natural length, their spacing is fine enough for impact speeds down to 1e-4.
 _SMALLEST, _SHORTEST, _LONGEST = 1e-4, -0.95, 1e3
 _COMPRESSED, _STRETCHED = 200, 300
-# Brackets are halved until their width is this fraction of the strain, or this absolute strain near
-# the natural length.
+# The brackets of possible kinks are halved until their width is _NARROW times the strain, or
+# _NARROWEST near the natural length.
 _NARROW, _NARROWEST = 1e-8, 1e-9
 # Least relative change of the slope at a kink, within the narrowest bracket. Rounding (eps F/1e-9)
 # changes the slope by only about 1e-7. In a bracket four times as wide, the change at a kink grows
 # by less than the factor `_SAME`. The change of a smooth curve grows by a factor of four.
 _KINK, _SAME = 1e-4, 2.0
-# Rounding changes a sum of four forces by at most this many epsilon of the terms in the force.
+# Rounding changes a sum of four forces by at most this number times epsilon times the largest term
+# in the force.
 _ROUNDINGS = 64.0
 # The force jumps if it changes by more than this factor times the change that its slopes explain.
 _JUMP = 4.0
-# Largest relative difference between energy and work, because a user's constants may have only
-# seven digits. The difference does not change eta, which depends only on the force.
+# Allowed relative difference between a decrease of the energy and the work of the force. A user's
+# constants may have only seven digits. The difference does not change eta, which depends only on
+# the force.
 _WORK = 1e-6
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 

@@ -30,19 +30,21 @@ LEAST_DEPTH = 8.0
 # Densities below exp(-50) = 2e-22 are omitted. The smallest probability that is drawn is 2^-54 =
 # 6e-17.
 _REACH = 50.0
-# A panel has 16 Gauss points. It is halved until the last terms of its Legendre series are below
-# this fraction of the whole integral. The rounding error of the density is about 1e-16.
+# The density is integrated over panels of _POINTS Gauss points. A panel is halved until the last
+# terms of its Legendre series are below _RESOLVED times the whole integral. The rounding error of
+# the density is about 1e-16.
 _POINTS = 16
 _RESOLVED = 4e-15
 _FIRST_PANELS = 24
 _MOST_HALVINGS = 40
 _MOST_PANELS = 20_000
-# Largest unresolved fraction of the integral, if an energy has small jumps or noise.
+# Largest fraction of the integral that may stay unresolved because the energy has small jumps or
+# noise.
 _UNRESOLVED = 1e-10
 # Largest rounding error of an energy with a subtracted constant, as a fraction of T.
 _NOISE = 1e-8
-# Newton's method ends with a step of this size, in units of half a panel. Further steps would only
-# be rounding.
+# Newton's method ends when its step is below this size, in units of half a panel. Further steps
+# would consist of rounding errors.
 _CLOSE = 1e-14
 _AT_ONCE = 16_384
 

@@ -61,7 +61,8 @@ class Formula(UserBond):
             self._near = reach_of(self._series)
             self.stiffness = -self._series[0]
             terms, orders = np.asarray(self._series), np.arange(1, len(self._series) + 1)
-            # Near the natural length, each function is this power of the strain times this series.
+            # Near the natural length, each function is a power of the strain times a series; each
+            # entry contains this power and the coefficients.
             self._near_rest = {
                 "energy": (2, -terms / (orders + 1)),
                 "force": (1, terms),
@@ -197,7 +198,8 @@ class Formula(UserBond):
         low = ends[0]
         if abs(low + 1.0) < _ROUNDING:
             low = -1.0
-        # Engines detect whether particles pass each other.
+        # If the energy is finite at zero length, the bond has no smallest strain; the engines then
+        # detect particles that pass each other.
         energy = self._functions["energy"](np.float64(self._rest + low))
         holds = low == -1.0 and not math.isfinite(energy)
         return (low if low > -1.0 or holds else -math.inf), ends[1]

@@ -200,7 +200,7 @@ def _written(expression: "sympy.Expr", symbols: dict["sympy.Symbol", str]) -> st
         written = text(base)
         if exponent.is_Integer:
             whole = int(exponent)
-            # Compilers replace a power with a whole exponent by multiplications.
+            # Keep powers with whole exponents, because compilers replace them by multiplications.
             raised = f"{written}**{abs(whole)}" if abs(whole) != 1 else written
             return f"({raised})" if whole > 0 else f"(1.0/{raised})"
         if exponent.is_Rational and exponent.q == 2 and abs(exponent.p) == 1:

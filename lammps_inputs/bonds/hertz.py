@@ -74,7 +74,7 @@ class Hertz(NamedBond):
     smooth = False
     only_pushes = True
     stiffness = 0.0
-    anharmonic_order = None  # the centres may pass each other, like those of springs
+    anharmonic_order = None  # None allows centres to pass each other, as with springs
     dissociation = 0.0
     convex_strain = 0.0
     kinks: ClassVar = (0.0,)

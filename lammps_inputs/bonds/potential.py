@@ -78,7 +78,8 @@ class Potential(ABC):
     #: Formula of U for LAMMPS, accurate to about 17 digits; None if there is none. It contains
     #: ``{s}`` for the strain, and parameters of the ``{bond}``.
     lammps_formula: ClassVar[str | None] = None
-    #: The bond as a function of ln r, if the bond can become too short for strains.
+    #: The bond as a function of ln r; None if lengths never become too short to be stored as
+    #: strains.
     log_length: LogLength | None = None
 
     @abstractmethod
@@ -173,7 +174,7 @@ class Potential(ABC):
             return float(self.energy(strain)) / (self.stiffness * strain * strain) - 1.0
 
         near = -1e-3
-        # a bond this steep has its root closer to s = 0
+        # if the ratio is already too large at this strain, the root is closer to s = 0
         while excess(near) >= 0.0 and near < -1e-100:
             near *= 1e-3
         for _ in range(200):

@@ -151,7 +151,8 @@ _CLASSES: tuple[type[NamedBond], ...] = (
     Hertz,
 )
 NAMED_POTENTIALS: dict[str, type[NamedBond]] = {cls.name: cls for cls in _CLASSES}
-# Bonds with a force in tension. LAMMPS, fixed steps and the live page support only these.
+# Bonds with a force in tension. LAMMPS's bond styles, fixed steps and the live page support only
+# these bonds.
 CHAIN_POTENTIALS = {k: cls for k, cls in NAMED_POTENTIALS.items() if not cls.only_pushes}
 POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
 # Keys in scenes that belong to only one kind of bond.

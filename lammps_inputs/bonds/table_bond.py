@@ -113,8 +113,8 @@ def read_bond_table(path: Path) -> Potential:
     return _bond_of(text, str(path))
 
 
-# The cache compares contents. A scene is made many times, and each new bond would need new compiled
-# loops.
+# The cache compares the contents of tables. Without the cache, each new scene with the same table
+# would have a new bond, which needs new compiled loops.
 @lru_cache(maxsize=16)
 def _bond_of(text: str, path: str) -> Potential:
     section = _only_section(text, path)
@@ -191,7 +191,8 @@ def _natural_strain(force: "CubicSpline", rows: BondRows, path: str) -> float:
     """Return the strain of zero force, which must be 0 within the error of digits and rows."""
     pushes = float(force(0.0))
     stiffness = -float(force(0.0, 1))
-    # Largest force at length 1. The error bar of a collision includes the effect of the shift.
+    # Largest force that is allowed at length 1. The strains are then shifted to the zero of the
+    # force; the error bar of a collision includes the effect of this shift.
     allowed = 2.0 * rows.largest_error(0.0, 0.0)
     if abs(pushes) <= 1e-9 * abs(stiffness):
         return 0.0

@@ -75,7 +75,7 @@ def fault_of_slopes(section: Section, path: str) -> str:
     not compared.
     """
     given = section.header.get("FP", section.header.get("FPRIME", [0.0, 0.0]))
-    # Tables have these values for unknown slopes, as in the LAMMPS manual.
+    # As in the LAMMPS manual, tables give these values if the slopes are unknown.
     if given == [0.0, 0.0]:
         return ""
     for slope, end, name in (

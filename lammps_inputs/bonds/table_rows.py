@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 
 # A cubic requires this many rows.
 LEAST_ROWS = 4
-# With fewer rows, it cannot be seen whether the error of a spline decreases with its order.
+# Fewer rows do not show whether the error of a spline decreases with its order.
 _FEW = 16
 # Smallest weight of the error at omitted rows. In theory the weight is 1/16.
 _LEAST_SHARE = 1.0 / 8.0
-# Errors at omitted rows are averaged over this many rows on each side.
+# Errors at omitted rows are averaged over this many neighbouring rows on each side.
 _BESIDE = 3
 # Orders of the differences from which the noise is estimated.
 _ORDERS = range(3, 10)
 # A row is an outlier if it differs from a spline through the other rows by this many times the
 # errors of the other rows.
 _OUTLIER = 20.0
-# Number of rows that are checked, beginning with the most suspicious.
+# Number of rows that are checked as outliers, beginning with the most suspicious row.
 _CANDIDATES = 4
 # Number of rows in an altered table for each row of the user's table.
 _FINER = 4
@@ -153,8 +153,8 @@ class BondRows:
         if count < _FEW:
             return ""
         missed = self.left_out(2)
-        # The errors two rows away do not depend on this row, and show the error for a smooth
-        # function.
+        # The errors two rows away from a row do not depend on this row. They show the usual error
+        # for a smooth function.
         padded = np.pad(missed, 2, mode="reflect")
         smooth = np.maximum(padded[:-4], padded[4:]) + self.digits
         with np.errstate(divide="ignore", invalid="ignore"):

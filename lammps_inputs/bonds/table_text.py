@@ -38,7 +38,7 @@ class Section:
     #: Values of the line ``N rows FP slope slope EQ length``, by name.
     header: dict[str, list[float]]
     #: Length or angle, energy and force, of shape (rows, 3); NaN if the file has no forces.
-    #: `digits` has one unit of the last digit of each.
+    #: `digits` contains one unit in the last digit of each number in `data`.
     data: Array
     digits: Array  #: See ``data``.
     #: Whether there is a line without numbers between header and rows.
@@ -86,7 +86,8 @@ class _Draft:
     is_parted: bool = False
     odd: list[str] = field(default_factory=list)
     skipped: str = ""
-    #: Lines after the rows. They become odd lines if further rows follow.
+    #: Lines without numbers after the rows so far; if further rows follow, these lines become odd
+    #: lines.
     pending: list[str] = field(default_factory=list)
 
     def add_row(self, row: list[str]) -> None:
@@ -117,7 +118,7 @@ def sections_of(text: str, path: str, settings: dict[str, int] = BOND_SETTINGS) 
     for line in text.splitlines():
         words = line.split("#")[0].split()
         if not words:
-            # LAMMPS skips this line, whatever it contains.
+            # LAMMPS skips the line between header and rows; here this line is empty or a comment.
             if found and not found[-1].rows:
                 found[-1].is_parted = True
             continue

@@ -20,9 +20,9 @@ from chaincor.lammps_inputs.errors import PotentialError, one_line
 from chaincor.lammps_inputs.given_numbers import numbers_given
 from chaincor.lammps_inputs.given_texts import text_given
 
-# Energy of sound in a chain long after the impact, in units of the energy of two colliding
-# particles. A force is not linear near s = 0 if its secant at this energy differs from U'' by more
-# than the factor `_FAR`.
+# Bond energy of sound in a chain long after the impact, in units of the energy of two colliding
+# particles. A force counts as not linear near s = 0 if its secant at this energy differs from U''
+# by more than the factor `_FAR`.
 _SOUND_SHARE, _FAR = 1e-4, 10.0
 # A bond has a barrier if U at the strain _FAR_OUT is lower than the maximum of U. The difference
 # must exceed _LOWER times the maximum, and _LOWEST times the stiffness. _BARRIERS are the smallest
@@ -67,8 +67,8 @@ class UserBond(Potential):
     """
 
     anharmonic_order: int | None = None
-    _both_given: ClassVar[bool] = True  # whether it is checked that energy and force agree
-    _STEP = 1e-5  # central difference of the force: error of order step^2 = 1e-10
+    _both_given: ClassVar[bool] = True  # whether to check that energy and force agree
+    _STEP = 1e-5  # step of central differences of the force, whose error is of order step^2 = 1e-10
 
     def __init__(
         self,

@@ -29,15 +29,15 @@ class ContactLaw(ABC):
     keys: ClassVar[dict[str, str]] = {}
     #: Key of the factor of the force. A smaller factor makes the contact softer.
     strength_key: ClassVar[str] = ""
-    #: Whether the hash of a scene contains the name. One law is hashed without its name, as in old
-    #: stores.
+    #: Whether the hash of a scene contains the name of the law. One law is hashed without its name,
+    #: because old results stores have such hashes.
     named_in_identity: ClassVar[bool] = True
     force_kernel: ClassVar[Callable]  #: Force ``f(gap, parameters)`` for compiled loops.
     curvature_kernel: ClassVar[Callable]  #: Stiffness -dF/dg as ``f(gap, parameters)``.
     #: Damping c as ``f(gap, parameters)``: the force is F - c dg/dt, but not less than 0. It is
     #: None without damping. LAMMPS has no damped contact of chains.
     drag_kernel: ClassVar[Callable | None] = None
-    #: Fractional power of a small overlap to which the force is proportional; None if the force has
+    #: Exponent of the force at small overlaps if it is not a whole number; None if the force has
     #: all derivatives while the bodies touch.
     onset: float | None = None
 

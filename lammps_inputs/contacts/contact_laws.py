@@ -16,7 +16,7 @@ class ContactParameter(NamedTuple):
 
     description: str  #: Help text of the key.
     least: float | None = None  #: Smallest value; None for any positive number.
-    most: float | None = None  #: Largest value, if there is a smallest value.
+    most: float | None = None  #: Largest value; used only if `least` is given.
 
 
 CONTACT_PARAMETERS = {

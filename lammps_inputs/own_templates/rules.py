@@ -47,10 +47,10 @@ _HARMLESS = frozenset(
     )
 )
 _OF_IF = ("then", "elif", "else")
-# Commands that exert forces, which a template declares.
+# Commands that exert forces. A template may contain them if it declares other forces.
 _PAIRS = ("pair_style", "pair_coeff", "pair_modify", "special_bonds", "angle_style", "angle_coeff")
-# Commands that are also refused in a whole script. The last of the following rules applies to fixes
-# in a whole script.
+# Commands that are also refused in a whole script, with the reasons. Only the last pattern of the
+# refused fixes below applies to a whole script.
 _PROGRAMS = {
     **dict.fromkeys(
         ("shell", "python", "plugin", "geturl", "mdi", "message", "server", "kim", "kim_query"),
@@ -85,7 +85,7 @@ _PASSIVE = r"ave/.*|print|store/.*|vector|nonaffine/displacement"
 # Suffixes of accelerated styles, which LAMMPS runs like the plain style.
 _ACCELERATED = re.compile(r"/(omp|kk(/(host|device))?|gpu|intel|opt)$")
 _BY_VELOCITY = r"viscous.*|drag|damping.*"
-# Commands that change what another command made under a name.
+# Commands that change an object with a name, and the commands that create such objects.
 _OF_NAMES = {
     "unfix": "fix",
     "fix_modify": "fix",

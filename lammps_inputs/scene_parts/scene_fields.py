@@ -52,7 +52,7 @@ FilePath = Annotated[Path, AfterValidator(_without_null_characters)]
 class Excludes:
     """Annotation of a key with the keys that it excludes."""
 
-    keys: tuple[str, ...]  #: Keys of the same scene.
+    keys: tuple[str, ...]  #: Keys that must not be given together with this key.
 
 
 class ChainKeys(BondKeys):

@@ -33,13 +33,14 @@ LEAST_TOGETHER = 16
 # A collision in a batch takes about this fraction of the time of a single run; measured: 0.1 (short
 # chains) to 0.5.
 TOGETHER_SHARE = 0.3
-# A batch has at most this many collisions and seconds of work, to show progress and lose little
-# when interrupted.
+# A batch has at most this many collisions and seconds of work. Progress is then shown often, and an
+# interruption loses little work.
 _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 
 
-# The collisions of a batch share the bond object, the number of particles and the scheme. Bonds
-# with equal names and parameters are the same object.
+# Collisions can be solved in one batch if these three values are equal: the id of the bond object,
+# the number of particles, and the scheme. All scenes that name the same bond with the same
+# parameters use one bond object.
 BatchKind = tuple[int, int, StepSchemeName]
 
 
@@ -71,7 +72,9 @@ def batch_kind(scene: Scene, planned: Plan | None = None) -> BatchKind | None:
     if rounding_matters("reference", planned.problem, planned.target_error):
         return None
     if planned.usually_shatters:
-        return None  # such a chain needs several time steps, and its end takes most of the time
+        # such a chain needs runs at several time steps, and the search for its end takes most of
+        # the time
+        return None
     return id(scene.bond), scene.particles, planned.numerics.scheme
 
 
@@ -161,7 +164,7 @@ def compare_many(
     rounding error.
     """
     fine, *coarse = runs
-    # This equals `Outcome.eta` of each run.
+    # Coefficients of restitution of all runs. As in `Outcome`, eta is the square of `e`.
     e, *others = (
         centre_of_mass_velocity(run.velocities, line.chain_masses) / speeds for run in runs
     )

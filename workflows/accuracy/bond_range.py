@@ -7,7 +7,7 @@ from chaincor.workflows.engines.reference import bookkeeping
 from chaincor.workflows.engines.reference.coarse_run import CoarseRun, coarse_step
 from chaincor.workflows.engines.reference.moving import Motion, Stepper
 
-# On the way to the first contact, the motion is checked at intervals of this many steps.
+# Number of steps between two checks whether the first contact has come.
 _APPROACH_STEPS = 64
 
 

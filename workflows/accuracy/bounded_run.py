@@ -16,18 +16,18 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.measured import measured
 
-# The error of a run with explicit numerics at a step h is measured by runs at these multiples of h.
-# Two multiples are not simple fractions, because errors depend irregularly on the phases of
-# contacts in a step.
+# Runs at these multiples of the step h measure the error of a run with explicit numerics at h. Two
+# multiples are not simple fractions, because errors depend irregularly on the times of contacts
+# within a step.
 PROOF_STEPS = (0.5, 0.54, 0.93)
-# For each wall model, this is the ratio of the error of a run to its largest difference from the
-# runs at these multiples. In theory the ratio is 4/3 for order 2 and near 1 for higher orders. The
-# error of the stock wall does not shrink regularly; only the largest difference shows the size of
-# this error.
+# For each wall model: error of a run, divided by its largest difference from the runs at these
+# multiples. In theory this ratio is 4/3 for order 2 and near 1 for higher orders. The error of the
+# stock wall does not shrink regularly; only the largest difference shows the size of this error.
 PROOF_SHARE: dict[str, float] = measured("proof_share")
 
-# The values bound |change of eta| * v0 / |force error|. The kinks of a linear table also reduce the
-# order of the integrator. The lower limits are choices that suffice for long chains that break.
+# Upper bounds on |change of eta| v0/|force error| for errors of the tabulated force. The kinks of a
+# linear table also reduce the order of the integrator. The second argument contains lower limits of
+# the bounds; they are choices that suffice for long chains that break.
 TABLE_SENSITIVITY: dict[str, float] = measured("table_sensitivity", {"spline": 2.0, "linear": 5.0})
 
 # Errors from tables and rounding affect single velocities and times more strongly than the mean

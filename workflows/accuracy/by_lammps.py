@@ -61,11 +61,11 @@ from chaincor.workflows.errors import (
 )
 from chaincor.workflows.measured import measured
 
-# The error from the bond table may take this share of the tolerance. A more accurate table costs
-# little, whereas a smaller step costs much.
+# The error from the bond table may be at most this fraction of the tolerance. A more accurate table
+# costs little, whereas a smaller step costs much.
 _TABLE_SHARE = 0.01
-# The target error of the reference run is this share of the tolerance, because the error bar
-# includes the error of the reference run.
+# The target error of the reference run is only this fraction of the tolerance, because the error
+# bar includes the error of the reference run.
 REFERENCE_SHARE = 0.03
 # These schemes may be chosen for a tolerance, because their errors have been measured.
 # SCRIPTED_SCHEMES work in scripts, LAMMPS_SCHEMES in runs that Python controls.
@@ -74,23 +74,24 @@ SCRIPTED_SCHEMES: tuple[StepSchemeName, ...] = tuple(
 )
 LAMMPS_SCHEMES: tuple[StepSchemeName, ...] = (*SCRIPTED_SCHEMES, "extrapolated12")
 _ALWAYS: StepSchemeName = "order8"
-# A step of LAMMPS consists of kick, drift and kick; a step of the reference engine begins with a
-# drift. This is the ratio of their errors.
+# Error of a LAMMPS step, divided by the error of an equal step of the reference engine. A step of
+# LAMMPS consists of kick, drift and kick; a step of the reference engine begins with a drift.
 _LAMMPS_OVER_REFERENCE = 2.0
 # The error of a LAMMPS run is measured by a second run, whose step is longer by this factor.
 COARSER = 2.0
-# Both runs cost as much as LAMMPS_RUNS single runs. Their expected time may be _TIME_SHARE times
-# the remaining time, because forecasts are correct only within a factor of two.
+# Both runs together cost as much as LAMMPS_RUNS single runs. Their expected time may be at most
+# _TIME_SHARE times the time that is left, because forecasts are correct only within a factor of
+# two.
 LAMMPS_RUNS = 1.0 + 1.0 / COARSER
 _TIME_SHARE = 0.5
 _MOST_REFINEMENTS = 5
 # LAMMPS may raise these errors, although the reference engine has finished the collision. The cause
 # is then too long a step.
 _CURED_BY_STEPS = (TimestepError, LostAtomsError, CrossingError, BondRangeError)
-# The rounding error of extrapolated steps may take this share of the tolerance. It affects only the
-# cost.
+# Extrapolated steps are used only if their rounding error is at most this fraction of the
+# tolerance. The fraction affects only the cost.
 _ROUNDING_SHARE = 0.4
-# Verlet steps for bonds that pass kinks may take this much work, in steps times bonds: about a
+# Largest work of Verlet steps for bonds that pass kinks, in steps times bonds. It takes about a
 # minute, at some 20 ns per bond and 1 us per step.
 _MOST_BOND_STEPS = 1e9
 
@@ -117,7 +118,8 @@ class LammpsSearch:
         self.problem, self.target_error, self.sensitivity = problem, target_error, sensitivity
         amplified = amplified_rounding("lammps", sensitivity, problem)
         self.floor = max(rounding_error("lammps", problem), amplified)
-        # A smaller step does not help if the error is below the rounding error.
+        # Target error of the step. It is at least the rounding error, below which a smaller step
+        # does not help.
         self.reachable = max(target_error - self.floor, self.floor)
         solver_of(problem, (LAMMPS,))  # check that LAMMPS can run the scene
         self.pilot = pilot_run(problem, REFERENCE_SHARE * self.reachable, files=files)
@@ -222,7 +224,7 @@ def solve_with_lammps(
         "seconds": chosen,
         "reference_restitution": reference.restitution,
         "reference_error": search.reference_error(),
-        # This error comes from LAMMPS alone, from the difference between its two runs.
+        # Error bar without the reference run, from the difference between the two LAMMPS runs.
         "error_alone": found.error - error + largest_difference(fine, [coarse]),
     }
     details = found.details | {"scouting": search.pilot.beside(fine)}
@@ -306,9 +308,10 @@ def usual_schemes(
     ]
     table = measured("lammps_schemes")
     usual = [name for name in serving if tolerance > table.get(name, math.inf)]
-    # The table lists schemes from loose to tight tolerances.
+    # For each scheme, `table` contains the tolerance above which the scheme is usually the
+    # cheapest.
     first = max(usual, key=lambda name: table[name], default=_ALWAYS)
-    # Next come schemes of similar order.
+    # The other schemes follow, those of similar order first.
     others = SCRIPTED_SCHEMES if first == "verlet" else SCRIPTED_SCHEMES[::-1]
     return [first, *(name for name in others if name != first)]
 

@@ -25,12 +25,12 @@ from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 from chaincor.workflows.errors import CrossingError, RunError
 from chaincor.workflows.measured import measured
 
-# These ratios are the error of an adaptive run divided by its differences from runs at ten and a
-# hundred times its accuracy. The lower limit of 0.3 is nearly three times the largest ratio among
-# 20 scenes, because 20 scenes are few.
+# The error of an adaptive run is estimated from its differences from the runs at ten and at a
+# hundred times its accuracy: it is the larger of both differences, each times its ratio. The lower
+# limit of 0.3 is nearly three times the largest ratio among 20 scenes, because 20 scenes are few.
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share", 0.3) * weight for weight in (1.0, 0.4))
-# With kinks, the error falls irregularly. The ratios are therefore three times as large as without
-# kinks, as for fixed steps.
+# If bonds have kinks, the error falls irregularly. As for fixed steps, the ratios are therefore
+# three times as large as without kinks.
 _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
 # Columns of beads have many kinks and therefore other ratios. Among 665 random columns of 2 to 15
 # beads at three accuracies, the errors of 5 runs in 2000 exceed the bound with the ratios 3.0 and
@@ -40,8 +40,8 @@ _MOST_REFINEMENTS = 15
 # If adaptive steps would take hours, the limit of hard spheres is used, with its own error bar,
 # provided that this error is at most _ROUGH_SPHERES.
 _ROUGH_SPHERES = 1e-3
-# The exact propagator has only rounding errors. A comparison with higher precision shows that they
-# are below this limit.
+# The exact propagator has only rounding errors. A comparison with higher precision shows that these
+# errors are below this limit.
 MODAL_ERROR = 1e-13
 
 
@@ -101,8 +101,8 @@ def _solve_with_adaptive_steps(problem: Problem, target_error: float) -> Bounded
 
     def attempt(accuracy: float) -> Attempt[Outcome]:
         fine = ADAPTIVE_STEPS.run(problem, None, accuracy)
-        # Sometimes the error shrinks by less than a factor of ten, and one difference may be small
-        # by chance.
+        # Two differences are used, because one difference may be small by chance, and because the
+        # error sometimes shrinks by less than a factor of ten.
         eta = fine.eta
         error = max(share * abs(run.eta - eta) for share, run in zip(shares, runs[:2], strict=True))
         runs.insert(0, fine)
@@ -128,7 +128,7 @@ def converge(problem: Problem, target_error: float) -> ConvergedRun:
         run, step = solved.outcome, solved.bar.step or 0.0
         return ConvergedRun(run, [*solved.others], run.eta, step + floor, run.seconds)
     if problem.is_smooth:
-        # Trial steps for LAMMPS use the same scheme, whose loop is then compiled already.
+        # Trial steps for LAMMPS also use this scheme; its loop is then compiled already.
         found = refine_regularly(problem, target_error, "order8", floor, None)
     else:
         found = refine_irregularly(problem, target_error, floor)

@@ -30,7 +30,7 @@ _FILE = "cost_model.json"
 # bound on the time until their contact. A check takes as long as this many stages: 15 to 20 us,
 # compared with 1.9 us for a stage.
 _LOOK = 8.0
-# Measurements have this many repeats, with chains of two lengths, their numbers of steps, and
+# Each time is measured _REPEATS times, with chains of two lengths that take _STEPS steps, and with
 # tables of _ROWS rows.
 _REPEATS = 7
 _SHORT_CHAIN, _LONG_CHAIN = 20, 1000

@@ -32,25 +32,25 @@ from chaincor.workflows.engines.rounding import amplified_rounding, rounding_err
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
-# Each scheme is usually the cheapest for target errors above its value.
+# For each scheme, the target error above which it is usually the cheapest.
 _SCHEMES: dict[StepSchemeName, float] = measured("reference_schemes")
 # This scheme amplifies rounding errors least. Long chains use it for any target error, because
 # their grazing contacts depend on the last digit. The choice affects only the cost.
 _PLAINEST: StepSchemeName = "srkn14"
-# Bodies amplify errors more than usual if the step had to be reduced more often than this.
+# If more steps than this had to be tried, the bodies amplify errors more than usual.
 _USUAL_TRIES = 3
-# Chains of more particles are not solved in batches. If they need smaller steps than usual, their
-# rounding sensitivity is measured.
+# Chains of more particles are not solved in batches. If the first step does not suffice for such a
+# chain, its rounding sensitivity is measured.
 LONGEST_TRUSTED = 250
 # The error is multiplied by this factor if the number of contacts depends on the step, and for
 # bodies that amplify the errors of steps. Among 141 chains with one heavy mass, at three steps
 # each, three runs had errors of up to 2.1 times the estimate.
 _RESERVE = 3.0
-# Let d(k) be the largest difference in velocities between the runs at k times the step and at the
-# step. Velocities have converged if d(1.3) is at most _NEARER times d(2) (for order 4 the ratio is
-# 0.12), or at most _SAME times the largest velocity. The check is needed because unequal masses,
-# two bodies and warm chains amplify the errors of steps: without it, 51 of 527 chains with one
-# heavy mass had too small an error bar.
+# Let d(k) be the largest difference in velocities between the runs at the steps k H and H.
+# Velocities have converged if d(1.3) is at most _NEARER times d(2) (for order 4 the ratio is 0.12),
+# or at most _SAME times the largest velocity. The check is needed because unequal masses, two
+# bodies and warm chains amplify the errors of steps: without it, 51 of 527 chains with one heavy
+# mass had too small an error bar.
 _NEARER, _SAME = 0.15, 1e-9
 # A step whose usual error is below this limit resolves a long chain; longer steps do not show
 # whether contacts depend on the last digit. In lj chains of 3000 and 4000 particles (0.4 v*),
@@ -116,11 +116,12 @@ def _solve_with_scheme(
         error = max(error, abs(whole.eta - fine.eta))
         fine = with_doubts(whole, (fine, proof))
     silent = fine.longest_silence > sound_round_trip(problem.longest_body, problem.slow_stiffness)
-    # For unequal masses, two bodies or warm chains, the rounding sensitivity is known already, but
-    # was measured at a step that is too long for bodies that need many attempts. A chain that broke
-    # amplifies rounding errors during a long time without a contact. The number of contacts may
-    # depend on rounding if it depends on the step, and in long chains that need smaller steps than
-    # usual.
+    # Measure the rounding sensitivity if it is not known and rounding matters, for example in a
+    # long chain that needs smaller steps than usual. Measure it also if the chain broke and was
+    # without a contact for a long time, during which rounding errors are amplified. If the number
+    # of contacts depends on the step, it may also depend on rounding. For unequal masses, two
+    # bodies or warm chains, the sensitivity is known already; if these bodies needed many attempts,
+    # it was measured at too long a step.
     refined = problem.particles > LONGEST_TRUSTED and len(found.tries) > 1
     matters = sensitivity > 0.0 or refined or rounding_matters("reference", problem, target_error)
     hard = not problem.line.has_equal_masses and len(found.tries) > _USUAL_TRIES
@@ -131,7 +132,7 @@ def _solve_with_scheme(
         or found.stalled
         or hard
     ):
-        # the error bar multiplies by this factor
+        # the error bar multiplies the sensitivity by this factor
         amplification = STEP_SCHEMES[scheme].amplification
         changed = found.nudged or nudged_change(problem, scheme, step, fine)
         sensitivity = max(sensitivity, changed / amplification)
@@ -235,14 +236,14 @@ class _Search:
         ending = ending_error(self.known)
         done |= problem.particles > LONG and regular and error <= ending > target_error
         if done and self.nudged == 0.0 and differ(fine, [self.known]):
-            # The known end belongs to a run with another number of contacts; this run may have one
-            # contact more.
+            # The known end belongs to a run with another number of contacts. Follow this run to its
+            # own end, because it may have one contact more.
             whole = run_reference(problem, scheme, step)
             late, self.known = differ(fine, [whole]), whole
             if late:
                 return Attempt(step, math.inf, [whole, *proofs], following=step)
             fine = whole
-        # without an order, halve the step, so that the next run is compared with this one
+        # if errors follow no order, halve the step; the next run is then compared with this run
         share = 0.5
         if regular:
             order = effective_order(problem, scheme)

@@ -35,14 +35,15 @@ KINKED_SHARE = 1.5
 # If no order is reliable, this composition has the smallest error for its number of force
 # evaluations.
 SCHEME: StepSchemeName = "order8"
-# This ratio of error to difference applies if no kink was found.
+# Ratio of the error to the largest difference between runs if no kink was found; KINKED_SHARE
+# applies otherwise.
 _SEEMINGLY_SMOOTH_SHARE = 1.0
 # If the error of a scheme of higher order falls no faster than this power of the step, in two
 # successive refinements, the bonds have kinks that were not declared.
 _LOST_ORDER = 3.0
 _MOST_REFINEMENTS = 20
-# One run may do this much work in some seconds: steps times bonds in compiled loops, or steps in
-# NumPy.
+# Largest work of one run, which takes some seconds: steps times bonds in compiled loops, or steps
+# in NumPy.
 _MOST_BOND_STEPS, _MOST_ARRAY_STEPS = 2e9, 1e5
 # In later runs, bond strains may exceed those of the first, coarse run by up to this factor.
 _RESERVE = 1.2

@@ -19,12 +19,14 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.reference.coarse_run import bonds_in_flight
 from chaincor.workflows.errors import RunError
 
-# This target error suffices for the range of bond lengths, which converges much earlier than eta.
+# Target error of eta if only the range of bond lengths is needed, which converges much earlier than
+# eta.
 _SCOUTING_GOAL = 1e-4
 # Pilot runs are made only for frequency ratios up to this limit, at which a hundred particles take
 # a second. Beyond it, LAMMPS itself reports if its much longer step cannot resolve the bonds.
 _SHARPEST = 1e4
-# LAMMPS stops some steps after its check for the end; this factor on the time includes these steps.
+# LAMMPS stops some steps after the time of its check for the end. This factor on the time covers
+# these steps.
 _ASKED_WITHIN = 1.3
 
 

@@ -47,7 +47,7 @@ from chaincor.workflows.engines.fragment_bounds import breaking_energy
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import CostError, RunError
 
-# All runs of the reference engine together cost as much as this many runs at the planned step.
+# All runs of the reference engine for one scene cost as much as this many runs at the planned step.
 _REFERENCE_RUNS = 2.1
 # If the energy can break this many bonds, runs with different time steps diverge so fast that the
 # planned time step seldom reaches the target error.
@@ -78,8 +78,8 @@ class Plan:
     refusal: str | None = None  #: Reason why no run is possible; None otherwise.
     #: Plan of the reference run that determines the step of LAMMPS.
     reference: "Plan | None" = None
-    #: Solver that replaces `solver` if a run of three particles shows that it reaches the target
-    #: error.
+    #: Solver that replaces `solver` if a run of three particles shows that the replacement reaches
+    #: the target error.
     instead: Solver | None = None
     tolerance: float | None = None  #: Required absolute error of eta; None with explicit numerics.
     files: RunFiles = NO_FILES  #: Files that the run writes.
@@ -203,7 +203,8 @@ def _with_fixed_steps(
         proofs = irregular.COARSER
     numerics = forecast_with = Numerics(scheme=scheme, timestep=step)
     if contact_is_stiffest(problem):
-        # Steps during a stiff contact are shorter than steps between contacts.
+        # Forecast the time with shorter steps, because steps during a stiff contact are shorter
+        # than steps between contacts.
         shorter = first_step(problem, plain_scheme(problem, target_error, 0.0), reachable)
         forecast_with = replace(numerics, timestep=min(step, shorter))
     seconds = seconds_of_fixed_steps(problem, forecast_with)
@@ -232,7 +233,7 @@ def _with_lammps(problem: Problem, target_error: float) -> Plan:
         seconds = EXACT_MODES.forecast(problem)
         reference = Plan(problem, EXACT_MODES, None, None, (), target_error, seconds)
     else:
-        # Trial steps for LAMMPS in the reference engine use the same scheme.
+        # The reference engine also uses this scheme when it tries steps for LAMMPS.
         reference = _with_fixed_steps(problem, REFERENCE_SHARE * target_error, "order8")
     usual = usual_schemes(problem, target_error)[0]
     numerics = _in_lammps(problem, usual, target_error)
@@ -241,7 +242,8 @@ def _with_lammps(problem: Problem, target_error: float) -> Plan:
     if problem.bond.kinks:
         numerics = replace(_in_lammps(problem, "verlet", target_error), table="linear")
         run = LAMMPS.forecast(problem, numerics)
-    elif usual == "verlet":  # Verlet steps are taken only if they are cheaper than order 8
+    # at most this time, because Verlet steps are taken only if they are cheaper than order 8
+    elif usual == "verlet":
         run = LAMMPS.forecast(problem, _in_lammps(problem, "order8", target_error))
     seconds = OVERHEAD["lammps"] + LAMMPS_RUNS * run + reference.seconds
     proofs = (COARSER,)

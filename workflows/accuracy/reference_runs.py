@@ -25,19 +25,19 @@ from chaincor.workflows.engines.reference import stepping
 
 # Chains of more particles have grazing contacts that depend on the last digit.
 LONG = 1500
-# The impact velocity is changed by these multiples of the machine epsilon. In one third of the runs
-# of lj chains with 3000 particles at 0.39 v*, the last contacts differ from the contacts of the
-# rest. Eta of this third is 0.7833 to 0.7842, eta of the rest is 0.7813. Runs with two nudges and
-# three steps all agreed there by chance. Runs with eight nudges and three steps agree by chance in
-# one case of a hundred.
+# Nudges: the impact velocity is changed by these multiples of the machine epsilon. In lj chains of
+# 3000 particles at 0.39 v*, rounding errors change the last contacts in one third of the runs; eta
+# is then 0.7833 to 0.7842, otherwise 0.7813. There, all runs with two nudges and at three steps
+# agreed by chance. All runs with eight nudges and at three steps agree by chance in one case of a
+# hundred.
 _NUDGES = (-5.0, 3.0)
 _NUDGES_OF_LONG = (*_NUDGES, -9.0, 7.0, -2.0, 11.0, -14.0, 5.0)
 # Steps for this target error are short enough to measure the amplification of rounding errors.
 _GOAL = 1e-9
 # If a run at the usual step fails, the step is halved at most this many times, to a thousandth.
 _MOST_HALVINGS = 10
-# A step that is estimated from one run is chosen for this fraction of the target error. The error
-# of the next step differs by chance, and a missed target error costs another search, whereas the
+# If a step is estimated from one run, the estimate aims at this fraction of the target error. The
+# error at the estimated step varies by chance, and a missed target error costs another search. The
 # fraction shortens a step of order 8 by only a tenth. It affects only the cost.
 _RESERVE = 0.3
 _MOST_TRIES = 5
@@ -81,8 +81,8 @@ class ConvergedRun:
     #: Steps of all attempts, and their errors.
     tries: list[dict[str, float]] = field(default_factory=list)
     first: Outcome | None = None  #: Run whose end is used for all other runs, or None.
-    #: Change of eta due to other rounding errors, if smaller steps do not help because of it; else
-    #: 0.
+    #: Change of eta due to other rounding errors if smaller steps do not help because of this
+    #: change; otherwise 0.
     nudged: float = 0.0
     kinked: bool = False  #: Whether bonds pass kinks, at which no scheme has an order above 2.
 
@@ -154,7 +154,8 @@ def find_rounding_sensitivity(problem: Problem) -> float:
     The result is the largest change when the impact velocity changes by a few units in the last
     place. The step depends only on the scene. Fixed steps must be able to resolve the bonds.
     """
-    # Vibration may send a slow warm chain back to the target long after the first contacts.
+    # Follow a warm chain to its end, because vibration may send a slow warm chain back to the
+    # target long after the first contacts.
     follow = problem.temperature is not None
 
     def attempt(step: float) -> Attempt[float]:

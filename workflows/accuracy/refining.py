@@ -10,8 +10,8 @@ from chaincor.workflows.errors import CostError, RunError, TimestepError
 Found = TypeVar("Found")
 
 # If the error has not halved after this many refinements, it does not come from the steps. Each
-# step is at most 0.8 times the previous step, and the order is at least 4; the error should
-# therefore halve every time.
+# step is at most 0.8 times the previous step, and the order is at least 4; each refinement should
+# therefore halve the error.
 STALLED = 3
 # The search ends with a failure only if runs at this many successive steps, each about half as long
 # as the previous one, have failed with the same error. A step that is too large can also make
@@ -38,7 +38,7 @@ class Policy:
     """Rules for ending a search."""
 
     most: int  #: Largest number of attempts.
-    refused: float = 0.5  #: Factor on a step whose run failed.
+    refused: float = 0.5  #: Factor from a step whose run failed to the next step.
     #: Errors that a smaller step may avoid; any other error stops the search.
     retried: tuple[type[RunError], ...] = (RunError,)
     believed: bool = True  #: Whether repeated errors of the same kind end the search.

@@ -71,7 +71,8 @@ def solve_to_tolerance(planned: Plan) -> BoundedRun:
         if found.error - found.bar.ending <= target_error or stalled or hopeless or short:
             break
         target_error *= 10.0
-        # The amplification of rounding errors is a property of the collision, at any step.
+        # The amplification of rounding errors is a property of the collision and does not depend on
+        # the step.
         sensitivity = max(sensitivity, found.rounding_sensitivity)
         known = (found.outcome,) if by_reference else ()
         found = solve_goal(problem, target_error, sensitivity, *known)
@@ -126,7 +127,8 @@ def target_error_of(planned: Plan) -> tuple[float, float]:
     # Light particles between heavy particles amplify rounding errors more than equal particles.
     matters = not problem.line.has_equal_masses
     matters |= planned.solver is LAMMPS and rounding_matters("lammps", problem, target_error)
-    # The motion of modes is not chaotic, and steps that are too long for the bonds measure nothing.
+    # Harmonic chains amplify no rounding errors, because the motion of modes is not chaotic. Steps
+    # that do not resolve the bonds cannot measure the amplification.
     stepped = planned.solver in (FIXED_STEPS, LAMMPS) and not EXACT_MODES.supports(problem)
     stepped &= (
         not problem.bond.only_pushes

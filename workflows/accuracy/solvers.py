@@ -38,9 +38,9 @@ _MODAL_PAIR = 7e-8
 _ADAPTIVE_PAIR = 5e-5
 # Seconds of adaptive steps, divided by the square of the number of beads.
 _BEAD_PAIR = 3e-5
-# Adaptive steps are taken if (n ln(ratio))^3 is at most this value, which corresponds to about a
-# minute. A run with log bonds takes up to 8e-10 s times (n ln(ratio))^3; other bonds take less time
-# in long chains.
+# Adaptive steps are taken if (n ln(ratio))^3 is at most this value, with n particles and the
+# frequency ratio. The limit corresponds to about a minute. A run with log bonds takes up to 8e-10 s
+# times (n ln(ratio))^3; other bonds take less time in long chains.
 _MOST_STEPPED = 7.5e10
 
 

@@ -14,13 +14,13 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
-# The error due to the step may be this share of the target error, because the error bar has other
-# parts. The share affects only the cost.
+# A step is chosen such that its error is this fraction of the target error, because the error bar
+# has other parts. The fraction affects only the cost.
 STEP_SHARE = 0.5
 # A stage of weight w is stable if 2 |w| H < 2 for the fastest mode. This factor keeps steps a tenth
 # below the limit.
 _STABILITY_SHARE = 0.9
-# These are usual steps for each scheme: DEFAULT_TIMESTEPS, and steps for schemes without a default.
+# Usual step of each scheme: DEFAULT_TIMESTEPS, and steps for schemes without a default.
 # `_USUAL_ERROR` is the error of eta at these steps, for chains of about 100 particles. A bond that
 # is compressed to a curvature k needs steps that are shorter by sqrt(k). Only the first guess
 # depends on these values.
@@ -43,8 +43,8 @@ _GRANULAR_ERROR = 0.06
 # With damping, the error of eta is divided by the step itself; the measured ratio is 0.001 to 0.1.
 # The refinement finds a shorter step if necessary.
 _DAMPED_ERROR = 0.01
-# These are the largest steps of schemes that are not compositions. They are limited by stability
-# and, in LAMMPS, by the longest Verlet step, which must not need a much longer bond table.
+# Largest steps of the schemes that are not compositions. Stability limits these steps. In LAMMPS,
+# the bond table also limits the longest Verlet step, which must not need a much longer table.
 _LARGEST = {"srkn14": 1.4, "extrapolated12": 0.7, "extrapolated14": 1.2}
 
 
@@ -61,7 +61,7 @@ def frequency_ratio(problem: Problem) -> float:
     sharpest = 1.0
     if line.heaviest_pair > 0.0:
         energy = pair_energy(line)
-        # A bond object of a user may not be hashable.
+        # A user's bond object may not be hashable, and is therefore not cached.
         if problem.named:
             if (bond, energy) not in _compressed:
                 _keep_compressed(bond, [energy])

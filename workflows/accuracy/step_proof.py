@@ -29,10 +29,11 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 COARSER = (2.0, 1.3)
 _LEAST_ORDER = math.log(2.0) / math.log(COARSER[1])
 _STEEPEST = 1.0 / (COARSER[0] ** _LEAST_ORDER - 1.0)
-# Fraction of the scatter of contacts that enters the error. With this value, no error bar among
-# 20,114 plain cold chains of 2 to 7 particles is exceeded (`python -m benchmarks.bars.plain_scenes
-# --seed 53 --particles 2 3 4 5 7`). The error bars of 24 breaking lj chains of 10 to 97 particles
-# are at least 2.6 times their errors.
+# Fraction of the scatter of contacts that enters the error. The scatter is the root of the sum of
+# the squared differences between the contact speeds of two runs. With this fraction, no error bar
+# among 20,114 plain cold chains of 2 to 7 particles is exceeded (`python -m
+# benchmarks.bars.plain_scenes --seed 53 --particles 2 3 4 5 7`). The error bars of 24 breaking lj
+# chains of 10 to 97 particles are at least 2.6 times their errors.
 _SCATTER = 0.75
 # Additional share for few contacts, whose scatter is itself uncertain; the first contact is the
 # same at every step. Without this share, the errors of five among 17,231 plain cold chains exceeded
@@ -58,7 +59,8 @@ def runs_differ(order: float, steps: Any) -> Any:
 def difference(line: Line, e: Any, other: Any, fine_speeds: Any, speeds: Any, velocity: Any) -> Any:
     """Return the difference in eta between two runs, or its estimate from contacts if larger."""
     squares = np.square(np.subtract(speeds, fine_speeds))
-    # In a cumulative sum, zeros at the end change no digit.
+    # Records of contacts may end with zeros as padding. In a cumulative sum, these zeros change no
+    # digit.
     scatter = np.sqrt(np.cumsum(squares, axis=-1)[..., -1])
     changes = np.maximum(np.count_nonzero(fine_speeds, axis=-1) - 1, 1)
     share = _SCATTER * (1.0 + _OF_FEW / changes)

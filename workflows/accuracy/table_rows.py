@@ -28,7 +28,7 @@ _STEP = 0.05
 # bond length. If rows are twice as far apart, the error of a spline's stiffness is eight times
 # larger, whereas the error of its force is sixteen times larger. The error of the stiffness varies
 # as t(1 - t)(1 - 2t), where t is the position between two rows; it may be twice as large as both
-# altered tables show. The factor includes half as much again for faster chains.
+# altered tables show. The factor is this 2 times a reserve of 1.5 for faster chains.
 _BETWEEN = 3.0
 # The root mean square of six random changes is multiplied by this factor, because with six samples
 # it is uncertain by a third.

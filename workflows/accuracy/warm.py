@@ -29,13 +29,14 @@ from chaincor.workflows.engines.rounding import arithmetic_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import CostError, RunError
 
-# Smaller target errors need single runs, which measure the amplification of rounding errors.
+# Least target error. Smaller target errors need single runs, which measure the amplification of
+# rounding errors.
 SHARPEST_GOAL = 1e-8
 # Energy of the most compressed bond in a warm chain, in units of T. Only the first step depends on
 # it.
 _HOTTEST_BOND = 5.0
-# Steps are elements of a geometric sequence with this ratio; therefore they change at only a few
-# speeds.
+# Steps are taken from a geometric sequence with this ratio. Collisions at similar speeds therefore
+# have the same step.
 _STEP_LADDER = 0.8
 # The first steps are guessed and cached for a geometric sequence of energies with this logarithmic
 # ratio.
@@ -47,7 +48,7 @@ _LARGEST_STEP = 0.33
 _MOST_REFINEMENTS = 7
 # A smaller error due to the step is useless, because it is below the rounding error.
 _SMALLEST_ERROR = 1e-16
-# The rounding error may be this share of a target error.
+# The rounding error may be at most this fraction of a target error.
 _ROUNDING_SHARE = 0.1
 
 # Result of a collision. The field `met` states whether the tolerance is met; only then do the other
@@ -129,7 +130,8 @@ class WarmSolver:
             found.last_contact_time[done] = runs.last_contact_times[met]
             tries[now] += 1
             left[now] = ~met & (tries[now] < _MOST_REFINEMENTS) & (rungs[now] < last_rungs[now])
-            # A smaller step cannot decide about late contacts or late ends of broken chains.
+            # Stop if a chain that broke may have a late contact or a late end, because smaller
+            # steps cannot decide about these.
             left[now[runs.settled & self._may_come_late(runs) | runs.endless]] = False
             rungs[now] = np.minimum(self._finer(rungs[now], errors, tries[now]), last_rungs[now])
         return found
@@ -184,7 +186,8 @@ class WarmSolver:
             wanted = np.divide(STEP_SHARE * self._target_error, error)
         wanted = wanted ** (1.0 / STEP_SCHEMES[self.scheme].order)
         shrink = np.log(np.where(np.isfinite(error), wanted, 0.5)) / math.log(_STEP_LADDER)
-        # A collision that amplifies the errors of steps converges late and needs larger changes.
+        # A collision that amplifies the errors of steps converges only at much shorter steps. The
+        # index therefore rises by at least the number of attempts so far.
         return rung + np.clip(np.ceil(shrink), tries, 5 + tries).astype(np.int64)
 
     def _rounding(self, starts: StartStates, velocities: Array) -> Array:
@@ -214,7 +217,8 @@ class WarmSolver:
 
     def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:
         """Return whether another contact is possible after the end of each run."""
-        # The time between two contacts exceeded the sound round trip after which an end is argued.
+        # If a time between two contacts exceeded the sound round trip after which an end is argued,
+        # another contact may come as late after an argued end.
         return np.asarray((runs.longest_silences > self._quiet) & ~runs.proved)
 
     def _compare_alone(

@@ -28,9 +28,9 @@ LANES = 16
 MOVING = -1
 PROVED, ENDLESS, ENDED = 5, 6, 7
 
-# What is known about the next move of a chain: it is unknown whether a contact ends the move
-# (OPEN); a contact ends the move (MEETS); no contact ends the move (FREE); no contact ends the
-# move, whose first attempt had to be undone (REPEATED).
+# States of the next move of a chain: it is unknown whether a contact ends the move (OPEN); a
+# contact ends the move (MEETS); no contact ends the move (FREE); no contact ends the move, whose
+# first attempt had to be undone (REPEATED).
 OPEN, MEETS, FREE, REPEATED = range(4)
 
 # A chain moves by whole steps; a contact divides its step into several moves.
@@ -41,7 +41,7 @@ MOVE: Any = np.dtype(
             ("begun", "f8"),  # time at which the step of the chain began
             ("left", "f8"),  # time left in this step
             ("duration", "f8"),  # duration of the next move
-            ("known", "i8"),  # what is known about this move: OPEN, MEETS, FREE or REPEATED
+            ("known", "i8"),  # state of this move: OPEN, MEETS, FREE or REPEATED
         ],
     )
 )

@@ -62,8 +62,8 @@ class Batch:
         n = self.particles = len(line.chain_masses)
         self._stiffness = bond.stiffness / line.mean_mass
         self._most = steps_at_once(self._scheme.evaluations * n)
-        # The loop proves ends only if it runs in SIMD lanes, and only for chains that are not
-        # standard.
+        # Chains that are not standard always run in SIMD lanes, because only the loop over lanes
+        # can prove their ends.
         self._in_lanes = n <= LONGEST_IN_LANES or not line.is_standard
         if self._in_lanes:
             self._carry_lanes = loop(build_carry, not self._scheme.extrapolated)
