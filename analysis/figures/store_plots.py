@@ -64,7 +64,7 @@ def plot_curves(
     if 1 <= len(labels) <= _MANY_CURVES:
         columns = max(1, min(3, _LEGEND_WIDTH // max(map(len, labels))))
         legend_above(ax, columns)
-        if own:  # the legend needs room besides the curves
+        if own:  # the legend must not shrink the curves
             rows = -(-len(labels) // columns)
             ax.figure.set_figheight(ax.figure.get_figheight() + _LEGEND_ROW * rows)  # type: ignore[union-attr]
     elif labels and shades is None:

@@ -24,7 +24,7 @@ from chaincor.lammps_inputs.errors import InputError
 
 TABLE = Path(__file__).with_name("curves.csv")
 
-# Lead of the front of a harmonic chain at a wall, in bond lengths: ``harmonic.front_lead``.
+# Lead of the front of a harmonic chain at a wall, in bond lengths, from ``harmonic.front_lead``.
 FRONT_LEAD = 0.9945645
 
 # Slope h_3(y)/y of the steepest computed fronts, y = 240 and 320, and an assumed bound on the
@@ -32,7 +32,7 @@ FRONT_LEAD = 0.9945645
 # ``benchmarks.slow_chains.limit`` describes the fronts up to y = 240 and y = 320.
 STEEP_LIMIT, STEEP_LIMIT_ERROR = 0.375, 0.001
 
-# Largest relative error of the interpolation of h between the points of the table:
+# Largest relative error if h is interpolated between the points of the table, as measured by
 # ``python -m benchmarks.slow_chains.curves --check``.
 INTERPOLATION_ERROR = 1e-4
 

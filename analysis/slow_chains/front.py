@@ -44,7 +44,8 @@ class FrontMinimum:
 
     place: float  #: X of the point in the front that arrives at the wall at this minimum.
     loss: float  #: Loss :math:`n^{2/3} (1 - \\eta)` of a chain that leaves at this minimum.
-    #: Difference between two extrapolations, but at least a quarter of the first correction.
+    #: Bound on the error of `loss`: the difference between two extrapolations, but at least a
+    #: quarter of the first correction.
     error: float
 
 

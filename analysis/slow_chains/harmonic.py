@@ -34,7 +34,8 @@ from chaincor.lammps_inputs.arrays import Array
 # 0.8.
 _BEFORE, _BEHIND = 10.0, 4.0
 _PANEL_NODES = 16
-# Three times the largest difference from the modal engine, for 76 lengths from 100 to 10000.
+# Bound on the error of eta, divided by the number of particles: three times the largest difference
+# from the modal engine, for 76 lengths from 100 to 10000.
 _ERROR_PER_PARTICLE = 5e-12
 
 

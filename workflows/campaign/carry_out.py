@@ -15,7 +15,8 @@ from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import PointProgress
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 
-# If the disk is full or memory runs out, only the collision at hand fails.
+# A full disk and a lack of memory raise these errors, which fail only the collision that is being
+# computed.
 MACHINE_FAILURES = (OSError, MemoryError)
 # Each worker has one running task and one waiting task, which begins without a delay.
 TASKS_PER_WORKER = 2

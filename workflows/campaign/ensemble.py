@@ -34,7 +34,8 @@ class Sample:
     restitution_error: float | None = None  #: Error bar of eta; None if there is none.
     kinematic_restitution: float | None = None  #: Kinematic restitution, the square root of eta.
     contacts: int | None = None  #: Number of times that particle 1 hit the wall.
-    last_contact_time: float | None = None  #: Simulated time since the first contact.
+    #: Time of the last contact, counted from the first contact.
+    last_contact_time: float | None = None
     ending: str | None = None  #: ``proved``, ``argued`` or ``open``.
     scheme: str | None = None  #: Integration scheme.
     timestep: float | None = None  #: Time step H, if the scheme has one.

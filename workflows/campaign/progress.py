@@ -17,7 +17,7 @@ PointProgress = Callable[[float, int], None]
 # Progress is shown only if the work is expected to take longer than this.
 _QUIET_SECONDS = 2.0
 _REFRESH_SECONDS = 0.25
-# Seconds between two lines in a log.
+# Seconds between two lines of progress in a log.
 _LINE_SECONDS = 60.0
 
 

@@ -173,7 +173,8 @@ def _invalid(found: dict[str, float]) -> str | None:
         wrong = f"contacts = {contacts:g}, which is no whole number of 1 or more"
     for name in _NOT_NEGATIVE:
         value = found.get(name, 0.0)
-        unknown = name == "restitution_error" and math.isnan(value)  # The scene wants no error.
+        # The scene requests no error bar.
+        unknown = name == "restitution_error" and math.isnan(value)
         if not (unknown or 0.0 <= value < math.inf):
             wrong = f"{name} = {value:g}, which is no finite number of 0 or more"
     return None if wrong is None else f"its log says {wrong}. {_SUBMIT_AGAIN}"

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 _SOURCE = re.compile(r"\s*\((?:\S*/)?\w+\.(?:cpp|h):\d+\)")
 _ERROR = re.compile(r"^ERROR(?: on proc \d+)?:\s*(.*)$", re.MULTILINE)
-# These error messages name the step and the atoms that failed.
+# In these error messages, LAMMPS names the step and the atoms.
 _WHERE = (
     (re.compile(r"FENE bond too long: (\d+) (\d+) (\d+) (\S+)"), "bond of atoms {} and {}"),
     (

@@ -178,7 +178,7 @@ def _with_whole_numbers(runner: Runner, varied: Varied, fixed: dict[str, str]) -
         return varied
     if not (ladder.coarse.is_integer() and ladder.fine.is_integer()):
         return varied
-    # The value of the second run of a rung is not a whole number.
+    # The second run of a rung tests this, because its value is not a whole number.
     fine = _Runs(runner, varied, fixed).run(ladder.rungs - 1, 1)
     if not any(said in str(fine.failure) for said in _WANTS_WHOLE):
         return varied

@@ -240,7 +240,7 @@ def timestep_study(
     scratch = Path(tempfile.mkdtemp(prefix="chaincor-script-")).resolve()
     again = study_command(
         script, quantities, observable=observable, fix=fix, phases=phases,
-        # The option --vary seed=N is --seeds N.
+        # The option --vary seed=N is repeated as --seeds N.
         vary=None if varied.seeds and seeds is None else vary, seeds=len(varied.seeds) or None,
         tolerance=tolerance, scale_periods=scale_periods, lmp=lmp, timeout=timeout,
     )  # fmt: skip

@@ -37,7 +37,7 @@ class Stretch:
     #: Strains before the steps, along x, including the gap, of shape (N - 1,).
     strain: Array
     velocity: Array  #: Velocities before the steps, of shape (N,).
-    substeps: Substeps  #: Substeps in the steps.
+    substeps: Substeps  #: Substeps of this section.
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,8 @@ from chaincor.workflows.tradeoff.oracles import (
 from chaincor.workflows.tradeoff.reference_solution import ReferenceSolution
 from chaincor.workflows.tradeoff.settings import PHASE_WIDTH
 
-# Assumed seconds per force call of bond_style lepton, and per step in NumPy, for the plan.
+# The plan assumes that a force call of bond_style lepton, and a step in NumPy, take this many
+# seconds.
 _LEPTON_CALL = 2e-4
 _WIDE_STAGE = 3e-5
 _ROWS: dict[TableStyle, tuple[int, ...]] = {
@@ -45,16 +46,18 @@ class ErrorBudget:
     name: str  #: Name of the setting.
     scheme: str  #: Scheme of the setting.
     timestep: float  #: Composed step H.
-    #: Error from the stock wall: stock wall minus event wall at equal steps, root mean square over
-    #: phases; None for the event wall, which locates contacts to within rounding.
+    #: Error from the stock wall: eta with the stock wall minus eta with the event wall at equal
+    #: steps, as a root mean square over phases; None for the event wall, which locates contacts to
+    #: within rounding.
     wall: float | None
-    #: Error from the integrator: event wall, exact bonds and no rounding, minus the reference run.
+    #: Error from the integrator: eta with the event wall, exact bonds and no rounding, minus eta of
+    #: the reference run.
     integrator: float | None
-    #: Error from the table: table minus exact bonds, at equal steps; None if the bond has no
-    #: formula or the run would take too long.
+    #: Error from the table: eta with the table minus eta with exact bonds, at equal steps; None if
+    #: the bond has no formula or the run would take too long.
     table: float | None
-    #: Error from rounding: doubles minus wider floats, at equal steps; None if the machine has no
-    #: wider floats.
+    #: Error from rounding: eta in doubles minus eta in wider floats, at equal steps; None if the
+    #: machine has no wider floats.
     rounding: float | None
     #: Error if eta is found from final velocities in a default dump, which have six digits.
     output: float

@@ -19,7 +19,7 @@ from chaincor.workflows.validation.comparison import judging_scene
 _LEFT, _MOST_LEFT, _BARS = 0.02, 2e-3, 2.0
 # If the energy scale of an LJ potential is 1, the bond is this many times stiffer than the chain's.
 _LJ_STIFFNESS = 72.0
-# For larger chains, no additional reference runs are made.
+# If a chain has more particles than this, no additional reference runs are made.
 _MOST_PARTICLES = 2000
 _BODIES = ("particles", "masses", "target_particles", "target_masses")
 
