@@ -1,6 +1,7 @@
 """Define exercises with right answers, and judge given answers."""
 
 import importlib
+import re
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError, one_line
 from chaincor.lammps_inputs.given_numbers import shown
 from chaincor.workflows.lessons.judging import AnswerComparison, Answers, AnswerVerdict, numbers_in
@@ -33,6 +35,9 @@ class Exercise:
     #: Whether a function that only takes single numbers is also right, for example with
     #: `math.sqrt`.
     elementwise: bool = False
+    #: Kind of factor, if the exercise asks for one: "smaller" if the right answer is how many times
+    #: smaller a number becomes, and "remaining" if it is the share that remains.
+    factor: str = ""
 
 
 def exercise(asks: str, **fields: Any) -> Callable[[Callable[..., Answers]], Exercise]:
@@ -52,7 +57,8 @@ def check(exercise: str, answer: Any) -> AnswerVerdict:
         Name of the exercise, such as ``"4.1"`` for the first exercise of lesson 4.
     answer : float, array_like or callable
         A number, several numbers, or a function, depending on the exercise. Numbers may be rounded
-        to three digits, and may be given as texts such as ``"1/64"`` and ``"9.29 %"``.
+        to two digits if no usual mistake has the same two digits. Texts such as ``"1/64"``,
+        ``"9.29 %"`` and ``"about 30 steps"`` are read as numbers.
 
     Returns
     -------
@@ -120,7 +126,9 @@ def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
             return AnswerVerdict(
                 False, f"{_failure(error, len(arguments))}; expected: {exercise.asks}"
             )
-    given = numbers_in(answer)
+    given = numbers_in(answer, expected.size)
+    if isinstance(answer, str) and not isinstance(given, str):
+        given = _as_factor(exercise.factor, answer, given)
     if isinstance(given, str):
         return AnswerVerdict(False, f"{what} {given}; expected: {exercise.asks}")
     if given.shape != expected.shape:
@@ -129,6 +137,16 @@ def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
     typed = exercise.arguments is None
     comparison = AnswerComparison(given, exercise.tolerance, exercise.either_sign, rounded=typed)
     return comparison.verdict(expected, right, answers)
+
+
+def _as_factor(kind: str, text: str, numbers: Array) -> Array:
+    """Return the factors that a text such as "1/64 of it" or "ten times smaller" states."""
+    if kind == "smaller":
+        turned = (numbers < 1.0) != bool(re.search(r"\b(?:larger|bigger|greater)\b", text))
+    else:
+        smaller = re.search(r"\b(?:smaller|less|lower)\b", text)
+        turned = (numbers > 1.0) & bool(kind and smaller)
+    return np.divide(1.0, numbers, out=numbers.copy(), where=turned & (numbers > 0.0))
 
 
 def _results(exercise: Exercise, function: Callable[..., Any]) -> Any:

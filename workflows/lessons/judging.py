@@ -2,7 +2,7 @@
 
 import html
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, ValuesView
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.given_numbers import shown
-from chaincor.workflows.lessons.answer_text import number_of, numbers_of
+from chaincor.workflows.lessons.answer_text import numbers_of
 
 # Iterator over pairs of a possible answer and a text about it.
 Answers = Iterator[tuple[ArrayLike, str]]
@@ -84,7 +84,12 @@ class AnswerComparison:
             times = f"each number is {factor:.4g} times the right one"
             return AnswerVerdict(False, f"not yet: {times}: a constant factor is wrong")
         if self._digits(expected) == 2:
+            others = (other for other, _ in (*known, *general))
+            if self._unique(expected) and all(self._digits(other) < 2 for other in others):
+                return AnswerVerdict(True, "right, to two digits")
             return AnswerVerdict(False, "right to 2 digits: give three digits, or an expression")
+        if self._has_one_decimal_of(expected):
+            return AnswerVerdict(False, "right to one decimal: give three digits")
         candidates = (*known, *general[:_CERTAIN])
         likely = {says for other, says in candidates if self._names_by_two_digits(other, expected)}
         if len(likely) == 1:
@@ -116,10 +121,26 @@ class AnswerComparison:
                     return digits
         return 0
 
+    def _unique(self, expected: Array) -> bool:
+        """Return whether two digits are enough: they are shown, and no whole number is rounded."""
+        whole = np.allclose(expected, np.round(expected), rtol=1e-9, atol=0.0)
+        return self._shown_digits() == 2 and not whole
+
+    def _has_one_decimal_of(self, expected: Array) -> bool:
+        """Return whether the answer is a vector, rounded to the second digit of the largest."""
+        scale = float(np.max(np.abs(expected)))
+        if not self.rounded or expected.size < 3 or scale == 0.0:
+            return False
+        rounded = np.round(expected, 1 - math.floor(math.log10(scale)))
+        return np.allclose(self.given, rounded, rtol=1e-12, atol=1e-12 * scale)
+
+    def _shown_digits(self) -> int:
+        """Return the largest number of digits that a number of the answer has."""
+        return max(len(f"{abs(v):.11e}".split("e")[0].rstrip("0")) - 1 for v in self.given)
+
     def _shares_digits(self, other: Array) -> bool:
         """Return whether `other`, rounded to the answer's number of digits, gives the answer."""
-        shown_digits = max(len(f"{abs(v):.15e}".split("e")[0].rstrip("0")) - 1 for v in self.given)
-        return min(self._digits(other), shown_digits) >= _ENOUGH_DIGITS
+        return min(self._digits(other), self._shown_digits()) >= _ENOUGH_DIGITS
 
     def _names_by_two_digits(self, other: Array, expected: Array) -> bool:
         """Return whether the answer is `other` to two digits, and is not close to the right one."""
@@ -168,28 +189,31 @@ def _general_mistakes(expected: Array) -> Iterator[tuple[Array, str]]:
     yield expected / (2.0 * np.pi), "multiply this by 2 pi"
 
 
-def numbers_in(answer: Any) -> Array | str:
+def numbers_in(answer: Any, count: int = 1) -> Array | str:
     """
     Return the numbers in an answer as an array, or a text that says why there are none.
 
-    Texts such as ``"1/64"``, ``"9.3 %"``, ``"30 steps"`` and ``"sqrt(2)"`` count as numbers.
+    Texts such as ``"1/64"``, ``"9.3 %"``, ``"30 steps"`` and ``"sqrt(2)"`` count as numbers. If a
+    text may be read in two ways, `count` is how many numbers are expected.
     """
-    if isinstance(answer, Iterator):
+    if isinstance(answer, Mapping):
+        answer = list(answer.values())
+    if isinstance(answer, Iterator | ValuesView):
         answer = list(answer)
     if isinstance(answer, str):
-        answer = _read(answer)
-    if isinstance(answer, str):
-        answer = numbers_of(answer) or answer
+        answer = numbers_of(answer, count) or answer
     if isinstance(answer, list | tuple):
         answer = [_read(one) if isinstance(one, str) else one for one in answer]
-    if isinstance(answer, str | bytes | dict | set | bool) or answer is None:
+    if isinstance(answer, str):
+        return f"{shown(answer)}, in which no number is found"
+    if isinstance(answer, bytes | set | bool) or answer is None:
         return shown(answer)
     try:
         numbers = np.asarray(answer)
         # The conversion to real numbers would drop the imaginary part with only a warning.
-        if numbers.dtype.kind == "c":
+        if numbers.dtype.kind == "c" and np.any(numbers.imag != 0.0):
             return shown(answer)
-        numbers = np.ravel(numbers.astype(float))
+        numbers = np.ravel((numbers.real if numbers.dtype.kind == "c" else numbers).astype(float))
     except Exception:  # The conversion of a foreign object may raise any error.
         return shown(answer)
     if not np.all(np.isfinite(numbers)):
@@ -198,6 +222,6 @@ def numbers_in(answer: Any) -> Array | str:
 
 
 def _read(text: str) -> float | str:
-    """Return the number in a text, or the text if it states no number."""
-    number = number_of(text)
-    return text if number is None else number
+    """Return the number in a text, or the text if it does not state one number."""
+    numbers = numbers_of(text)
+    return numbers[0] if len(numbers) == 1 else text

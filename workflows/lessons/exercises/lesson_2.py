@@ -65,7 +65,7 @@ def _exercise_1() -> Answers:
 @exercise(
     "a function of r that returns the force of U = (r^-12 - 2 r^-6 + 1)/72, positive where it "
     "pushes apart",
-    tolerance=1e-6,
+    tolerance=1e-3,
     elementwise=True,
     arguments=lambda: (np.linspace(0.85, 1.3, 10),),
 )

@@ -52,7 +52,8 @@ def _exercise_2() -> Answers:
 
 @exercise(
     "one number: by which factor v* of a power bond of order 4 changes when c is a hundred "
-    "times as large"
+    "times as large",
+    factor="remaining",
 )
 def _exercise_3() -> Answers:
     ratio = _v_star(Power(4, 300.0)) / _v_star(Power(4, 3.0))

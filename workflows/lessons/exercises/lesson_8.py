@@ -45,6 +45,7 @@ def _exercise_1() -> Answers:
     "one number: by which factor the difference of eta to that of springs shrinks from 1e-3 to "
     "1e-5 v*",
     tolerance=0.05,
+    factor="smaller",
 )
 def _exercise_2() -> Answers:
     springs = by_reference(1e-10, potential="harmonic", particles=100, velocity=0.1).restitution
