@@ -58,7 +58,7 @@ class BondTable:
     #: Slopes d(force)/dr at the first and the last row, which LAMMPS calls FP.
     edge_slopes: tuple[float, float]
     style: TableStyle  #: Interpolation: ``linear`` or ``spline``.
-    #: Second table with an equal number of rows, for very long bonds.
+    #: Second table with an equal number of rows, for very long bonds; None if no bond is so long.
     far: "BondTable | None" = None
 
     @property

@@ -23,7 +23,7 @@ class Numerics:
     table: TableStyle = "spline"  #: Interpolation of the bond table: ``linear`` or ``spline``.
     #: Rows of the bond table; None if they are chosen for the target error.
     table_points: int | None = None
-    #: Shortest and longest bond in the range of the table; None if the engine finds them.
+    #: Shortest and longest bond length that the table must cover; None if the engine finds them.
     bond_range: tuple[float, float] | None = None
     #: Target error of the tabulated force, which determines the number of rows if `table_points` is
     #: None. By default it is the smallest error that a table of reasonable length can have.

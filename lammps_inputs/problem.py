@@ -27,7 +27,7 @@ class Problem:
     #: v0 > 0; the chain's centre of mass arrives with the velocity -v0.
     impact_velocity: float
     label: str  #: Name of the potential in output.
-    #: Whether the bond is built from keys of a scene. Only such bonds are keys of a cache.
+    #: Whether the bond is built from keys of a scene. Only such bonds can be keys of a cache.
     named: bool = True
     temperature: float | None = (
         None  #: k_B T of a random initial state; None for a cold initial state.

@@ -38,7 +38,7 @@ from chaincor.lammps_inputs.toml_text import parse_toml
 
 DEFAULT_SPEED = 0.4  # units of v*
 DEFAULT_HARMONIC_VELOCITY = 0.1
-# Velocities up to this value, and their inverses, are valid for all standard chains.
+# Velocities from 1/_USUAL_VELOCITY to _USUAL_VELOCITY are valid for all standard chains.
 _USUAL_VELOCITY = 1e120
 # Properties that are computed once and do not depend on the speed.
 _WITHOUT_SPEED = {"bond", "explicit"}

@@ -85,7 +85,7 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
         kinked = np.abs(change) > _KINK * np.maximum(larger, _SMALLEST * scale)
         kinked &= np.abs(change) > _ROUNDINGS * sys.float_info.epsilon * size / near
         kinked &= np.abs(further) < _SAME * np.abs(change)
-        # The lines on both sides intersect at the kink.
+        # The tangents on both sides of a kink intersect at the kink.
         met = middles + (above - below - near * (left + right)) / (left - right)
     places: list[float] = []
     for k in np.flatnonzero(kinked).tolist():

@@ -224,7 +224,7 @@ def _series(bond: Potential, temperature: float, begins: Array, ends: Array) -> 
     strains = 0.5 * (begins + ends) + half * _NODES[:, np.newaxis]
     with np.errstate(all="ignore"):
         values = np.exp(-np.asarray(bond.energy(strains), dtype=float) / temperature)
-    # An energy that overflows may come out as NaN.
+    # If the energy overflows to NaN, the density is zero.
     return _TO_SERIES @ (np.nan_to_num(values, nan=0.0) * half)
 
 

@@ -47,7 +47,7 @@ def _bends(x: Array, y: Array, slopes: tuple[float, float]) -> Array:
     quotients = np.concatenate(([slopes[0]], np.diff(y) / h, [slopes[1]]))
     right = (6.0 * np.diff(quotients)).tolist()
     diagonal = (2.0 * (np.append(h, 0.0) + np.append(0.0, h))).tolist()
-    # The loops use Python numbers, because each result depends on the previous one.
+    # Plain loops over Python numbers are needed, because each result depends on the previous one.
     pivot, bends = diagonal[0], [right[0]]
     pivots = [pivot]
     for i, width in enumerate(beside):

@@ -40,7 +40,8 @@ class Potential(ABC):
     name: str  #: Name in scenes.
     #: Smallest strain: -1 if U requires r > 0, otherwise -inf.
     strain_min: float = -math.inf
-    strain_max: float = math.inf  #: Largest strain.
+    #: Largest strain at which the bond has a force; inf without a limit.
+    strain_max: float = math.inf
     dissociation: float = math.inf  #: U at infinite length; inf for a bond that cannot break.
     #: Whether the force is known to have derivatives of every order.
     smooth: ClassVar[bool] = False

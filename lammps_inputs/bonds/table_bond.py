@@ -34,9 +34,9 @@ class SplineParameters(NamedTuple):
     #: Coefficients of the cubics in the distance from the previous knot, from the cube to the
     #: constant; of shape (4, rows - 1).
     terms: Array
-    #: Smallest and largest strain with a force. The outer cubics continue up to these strains.
+    #: Smallest strain with a force. The outer cubics continue beyond the knots to `low` and `high`.
     low: float
-    high: float  #: See ``low``.
+    high: float  #: Largest strain with a force.
 
 
 def spline_force(strain: float, parameters: SplineParameters) -> float:

@@ -46,7 +46,7 @@ class BondRows:
 
     #: Strains of the rows, of shape (rows,).
     strains: Array
-    forces: Array  #: See ``strains``.
+    forces: Array  #: Forces in the rows, of shape (rows,).
     #: Uncertainty of the force due to one unit in the last digits of force and length, of shape
     #: (rows,).
     digits: Array

@@ -38,9 +38,8 @@ class Section:
     #: Values of the line ``N rows FP slope slope EQ length``, by name.
     header: dict[str, list[float]]
     #: Length or angle, energy and force, of shape (rows, 3); NaN if the file has no forces.
-    #: `digits` contains one unit in the last digit of each number in `data`.
     data: Array
-    digits: Array  #: See ``data``.
+    digits: Array  #: One unit in the last digit of each number in `data`.
     #: Whether there is a line without numbers between header and rows.
     is_parted: bool = True
     #: Lines before or between the rows that are not rows.

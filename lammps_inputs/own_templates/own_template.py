@@ -23,7 +23,8 @@ RENDERING: dict[str, Any] = {
     "keep_trailing_newline": True,
 }
 _BASE = "job.in.j2"
-# Largest number of rounds in all loops and macros of a template. Nested loops could run for days.
+# Largest total number of rounds in all loops and macros of a template. Nested loops could run for
+# days.
 _MOST_ROUNDS = 200_000
 # Statement that says that the commands of the template exert forces.
 _OTHER_FORCES = re.compile(r"\{%-?\s*set\s+other_forces\s*=\s*true\s*-?%\}")

@@ -164,7 +164,8 @@ def compare_many(
     rounding error.
     """
     fine, *coarse = runs
-    # Coefficients of restitution of all runs. As in `Outcome`, eta is the square of `e`.
+    # `e` and `others` are the centre-of-mass velocities after the collision, divided by the impact
+    # velocities. As in `Outcome`, eta is the square of this ratio.
     e, *others = (
         centre_of_mass_velocity(run.velocities, line.chain_masses) / speeds for run in runs
     )

@@ -25,9 +25,10 @@ from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 from chaincor.workflows.errors import CrossingError, RunError
 from chaincor.workflows.measured import measured
 
-# The error of an adaptive run is estimated from its differences from the runs at ten and at a
-# hundred times its accuracy: it is the larger of both differences, each times its ratio. The lower
-# limit of 0.3 is nearly three times the largest ratio among 20 scenes, because 20 scenes are few.
+# The error of an adaptive run is estimated from its differences from two runs with ten times and a
+# hundred times its target error. The estimate is the larger of both differences, each multiplied by
+# one of these ratios. The lower limit of 0.3 is nearly three times the largest ratio among 20
+# scenes, because 20 scenes are few.
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share", 0.3) * weight for weight in (1.0, 0.4))
 # If bonds have kinks, the error falls irregularly. As for fixed steps, the ratios are therefore
 # three times as large as without kinks.

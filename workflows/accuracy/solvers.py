@@ -48,7 +48,7 @@ class Solver(ABC):
     """Method that computes a collision."""
 
     name: ClassVar[str]  #: Name shown in plans.
-    engine: ClassVar[str]  #: Engine for whose scenes the solver is used.
+    engine: ClassVar[str]  #: Engine of the scenes that the solver computes.
     #: Scheme of the outcomes; None if the numerics name the scheme.
     scheme: ClassVar[str | None] = None
     #: Largest frequency ratio that the steps can resolve. The ratio compares the most compressed

@@ -24,8 +24,8 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
-# The two runs that prove a run have longer steps, by these factors. The run at 2 h is called the
-# far run, the run at 1.3 h the near run.
+# Two runs whose steps are longer by these factors prove the error of a run at a step h. The run at
+# 2 h is called the far run, the run at 1.3 h the near run.
 COARSER = (2.0, 1.3)
 _LEAST_ORDER = math.log(2.0) / math.log(COARSER[1])
 _STEEPEST = 1.0 / (COARSER[0] ** _LEAST_ORDER - 1.0)

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 # If the estimated error from the rows is below this share of the tolerance, it is not computed more
 # accurately.
 _NEGLIGIBLE = 0.1
-# Collisions with altered tables are run at twice the step of the original run, at which the error
-# bar was proved, or at this step if the original run has no fixed step.
+# Collisions with altered tables are run at twice the step of the original run; the proof of its
+# error bar includes a run at this step. If the original run has no fixed step, they are run at
+# twice _STEP.
 _STEP = 0.05
 # Factor on the change of eta that comes from the interpolation between rows. The altered tables
 # leave out the even or the odd rows. The motion of a slow chain depends on the stiffness at one
@@ -30,8 +31,8 @@ _STEP = 0.05
 # as t(1 - t)(1 - 2t), where t is the position between two rows; it may be twice as large as both
 # altered tables show. The factor is this 2 times a reserve of 1.5 for faster chains.
 _BETWEEN = 3.0
-# The root mean square of six random changes is multiplied by this factor, because with six samples
-# it is uncertain by a third.
+# Factor on the root mean square of the changes of eta in six randomly altered tables. With only six
+# samples, the root mean square is uncertain by a third.
 _SHAKEN = 4.0
 
 

@@ -37,10 +37,10 @@ NARROWEST = 2.0**-20
 # The search refines the time of a contact at most this many times. Newton's method needs about
 # three refinements; bisection to rounding would need 53.
 MOST_ITERATIONS = 80
-# Newton's method uses the velocity of particle 1 as the derivative of its position in the step
-# size. For Verlet steps the two differ by up to 1e-3; a Newton step then leaves an error of up to
-# 1e-3 of its own size. The search therefore stops after a Newton step below this fraction of the
-# time.
+# Newton's method uses the velocity of particle 1 in place of the derivative of its position with
+# respect to the step size. For Verlet steps, the velocity differs from this derivative by up to
+# 1e-3. A Newton step then leaves an error of up to 1e-3 of its own size. The search therefore stops
+# after a Newton step below this fraction of the time.
 SETTLED = 1e-13
 
 

@@ -26,11 +26,11 @@ from chaincor.workflows.engines.fragments import Body, Fragments
 # duration, no contact comes after these limits.
 FOLLOWED_TIMES = 21.0
 LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 200.0
-# A fragment that approaches the wall is followed if it arrives within this number of sound
+# A fragment that approaches the wall is followed if it arrives there within this number of sound
 # crossings.
 ARRIVAL_CROSSINGS = 200.0
-# Unbroken bodies that still vibrate are followed until it is certain that they touch, or that they
-# are too far apart to touch. This number of sound crossings after the last contact is the limit.
+# Unbroken bodies that still vibrate are followed until it is certain whether they touch again, but
+# at most for this number of sound crossings after the last contact.
 CERTAIN_CROSSINGS = 2000.0
 
 # An end is argued after a waiting time. The waiting time starts again if the first fragment loses

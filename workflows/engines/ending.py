@@ -142,7 +142,8 @@ def evaporation(pieces: Fragments, bond: Potential) -> float:
     """
     breaking = breaking_energy(bond)
     paid = breaking if math.isfinite(breaking) else 0.0
-    # The other fragments matter only if they may disturb the first fragment.
+    # Other fragments matter only if the risk that they disturb the first fragment is not
+    # negligible.
     count = 1 if pieces.return_risk <= RISK_ALLOWED else len(pieces.sizes)
     largest = 0.0
     begin = 0

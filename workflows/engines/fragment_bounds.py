@@ -72,7 +72,7 @@ def equal_lever(particles: int) -> Lever:
 
 def reach(bond: Potential, energy: float, lever: Lever) -> float:
     """
-    Return the largest distance of an end particle from its place relative to the mean.
+    Return the largest difference between the displacements of an end particle and of the mean.
 
     `energy` bounds the total energy of the bonds. The distance is inf if this energy suffices to
     break a bond.

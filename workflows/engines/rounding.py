@@ -17,7 +17,8 @@ from chaincor.workflows.measured import measured
 COORDINATE_ROUNDING: float = measured("coordinate_rounding", 6.0)
 SHORT_DRIFT_ROUNDING: float = measured("short_drift_rounding", 15.0)
 SHORT_DRIFT = 1e3
-# Extrapolated steps with the weights c_m cause the error of this constant times sum |c_m| n eps/v0.
+# Extrapolated steps with the weights c_m cause a rounding error of eta of this constant times sum
+# |c_m| n eps/v0.
 EXTRAPOLATED_ROUNDING: float = measured("extrapolated_rounding")
 # Long chains that break amplify rounding errors. The reference engine, which stores strains rounded
 # to eps, measures the amplification with two nudges, which are tiny changes of the impact speed.

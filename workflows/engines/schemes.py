@@ -29,16 +29,16 @@ import numpy as np
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 
-# Extrapolation to order 12 combines runs with the numbers of Verlet steps in the first tuple;
-# orders 14 and 16 use the other tuples. Extrapolation multiplies rounding errors by the sum of
-# |c_m|. For order 12 this sum is 8, because the last two numbers are 6 and 8; with the numbers 1 to
-# 6 the sum would be 27. For orders 14 and 16 the sums are 56 and 116. LAMMPS uses order 12 because
-# its coordinates are coarsely rounded.
+# Extrapolation to order 12 repeats each step with 1, 2, 3, 4, 6 and 8 Verlet steps and combines the
+# results; orders 14 and 16 use the other two tuples. Extrapolation multiplies rounding errors by
+# the sum of |c_m|. For order 12 this sum is 8, because the last two numbers are 6 and 8; with the
+# numbers 1 to 6 the sum would be 27. For orders 14 and 16 the sums are 56 and 116. LAMMPS uses
+# order 12 because its coordinates are coarsely rounded.
 _COUNTS = ((1, 2, 3, 4, 6, 8), tuple(range(1, 8)), tuple(range(1, 9)))
 
 # SRKN14 of Blanes and Moan (2002), J. Comput. Appl. Math. 142, 313, table 3: fourteen stages,
-# beginning with a drift. The middle drift and the two kicks beside it are computed below: the
-# drifts sum to 1, and so do the kicks.
+# beginning with a drift. The middle drift and the two kicks beside it are computed below, from the
+# conditions that the drifts sum to 1 and the kicks sum to 1.
 _DRIFTS = (
     0.0378593198406116,
     0.102635633102435,

@@ -15,7 +15,8 @@ from chaincor.workflows.errors import CostError
 # force. The whole collision of a short chain fits into one call. No result depends on this limit,
 # because a loop continues exactly where it stopped.
 WORK_AT_ONCE = 20_000_000
-# Collisions may take _LONGER times the estimated time, plus _COMPILING seconds to compile loops.
+# A collision is stopped after _LONGER times the allowed time, plus _COMPILING seconds to compile
+# loops.
 _LONGER, _COMPILING = 1.2, 5.0
 
 
@@ -29,7 +30,7 @@ class TimeLimit:
     """Limit on the time of a collision."""
 
     allowed: float = math.inf  #: Allowed time in seconds.
-    end: float = math.inf  #: Time of the clock ``time.monotonic`` at which the limit ends.
+    end: float = math.inf  #: Time of the clock ``time.monotonic`` at which the work is stopped.
     was_short: bool = False  #: Whether the limit stopped some work.
 
     @property

@@ -83,8 +83,8 @@ class EndBounds(NamedTuple):
     #: Logarithm of the smallest tabulated energy.
     log_least: float
     log_rung: float  #: Logarithm of the ratio between neighbouring energies.
-    #: Largest distance of particle 1 from its place relative to the mean, for each energy; of shape
-    #: (rungs,).
+    #: For each tabulated energy, the largest difference between the displacement of particle 1 and
+    #: the mean displacement; of shape (rungs,).
     reaches: Array
     interval: float  #: Time that sound takes through one bond.
 

@@ -58,8 +58,8 @@ def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> Tabl
 
 
 def _lengths_asked(table: BondTable) -> int:
-    # An even number of intervals that has no common factor with the number of rows places the
-    # lengths between the rows.
+    # The lengths must lie between the rows, at which the table is exact. Twice as many lengths as
+    # rows lie at all distances from the rows.
     return min(2 * table.rows, _MOST_LENGTHS)
 
 

@@ -255,7 +255,7 @@ def flight_of(
     if numerics.scheme != "verlet":
         return ComposedFlight(chain, contact_events)
     reflect = numerics.wall == "reflect"
-    # The guard works only for one body at a hard wall.
+    # The guard supports only a cold chain of unit masses at a hard, rigid wall.
     guarded = guarded and line.is_standard and problem.particles > 1
     guard = WallGuard(chain, problem, reflect) if guarded else None
     return VerletFlight(chain, contact_events, reflect, guard)

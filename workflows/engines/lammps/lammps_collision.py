@@ -240,8 +240,9 @@ class ChainCollision:
             return
         self.next_frame += self.frame_interval
         if self.next_frame <= now:
-            # A step may be longer than many intervals. At large times, rounding may make the next
-            # frame time equal to the present time.
+            # Choose the first frame time after the present time. A step may be longer than many
+            # intervals. At large times, rounding may make the next frame time equal to the present
+            # time.
             past = math.fmod(now - self.next_frame, self.frame_interval)
             later = now + (self.frame_interval - past)
             self.next_frame = max(later, math.nextafter(now, math.inf))

@@ -226,8 +226,8 @@ class _Flight(AdaptiveFlight):
         quiet = sound_round_trip(problem.particles, problem.slow_stiffness)
         if ending is not None or now - last < quiet or now < self._not_before:
             return ending
-        # After a sound round trip without a contact, the end of a broken chain is searched for with
-        # steps of one size.
+        # After a sound round trip without a contact, search for the end of a broken chain with
+        # fixed steps.
         shortest = float(self._bond.length_of(bonds.min()))
         along_x = np.append(first, strains), np.append(0.0, velocities)
         ahead = follow(problem, *along_x, now=now, last_contact=last, shortest=shortest)

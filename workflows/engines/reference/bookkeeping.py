@@ -57,7 +57,7 @@ _COUNTERS = [
     ("steps", "i8"),  # number of full steps done
     ("contacts", "i8"),
     ("evaluations", "i8"),  # number of evaluations of all bond forces
-    ("substeps", "i8"),  # number of substeps in the log
+    ("substeps", "i8"),  # number of substeps in the log of the loop
 ]
 # All run states have the same dtype. Loops are selected by the types of their arguments, and NumPy
 # would create a new type for each view of records.

@@ -126,7 +126,7 @@ class Event(NamedTuple):
     #: `position` is the position of the first particle.
     condition: Callable
     #: ``reach(run_state, contacts, now, left, step)``: length of the next substep, and the time
-    #: ahead within which the event is searched. `left` is the time left in the step.
+    #: ahead within which the event is searched for. `left` is the time left in the step.
     reach: Callable
     #: ``state_after(time, path)``: the condition after a substep of any length along a
     #: `SubstepPath`.
@@ -147,7 +147,7 @@ class SubstepPath(NamedTuple):
     """Motion near the contact during one substep, along which events are searched for."""
 
     position: float  #: Position of the first particle before the substep.
-    direction: float  #: Direction of the event.
+    direction: float  #: 1 if the bodies touch at the next event, -1 if they part.
     #: Number of bonds that move.
     bonds: int
     wanted: int  #: Number of bonds whose state after the substep is needed.

@@ -51,7 +51,8 @@ class LastContact:
     bond_range: tuple[float, float] = (1.0, 1.0)
     #: Energy lost to damping until the end of the last contact; None without damping.
     dissipated: float | None = None
-    tracked: dict[str, float] = field(default_factory=dict)  #: Values of `tracked.TRACKED`.
+    #: Quantities of `tracked.TRACKED`, by name.
+    tracked: dict[str, float] = field(default_factory=dict)
     #: Total energy; None if it must be computed from the strains and velocities, which is less
     #: accurate.
     energy: float | None = None

@@ -32,9 +32,9 @@ class Kernels:
 
     advance: Callable  #: Loop over many steps, see ``motion``.
     take_coarse_steps: Callable  #: Loop over coarse steps, see ``motion``.
-    parameters: tuple[float, ...]  #: Parameters of the kernel of the potential; NamedTuple.
+    parameters: tuple[float, ...]  #: Parameters of the potential for its force kernel; NamedTuple.
     #: ``loop(build, *of)`` compiles the function that ``build(source, stages, *of)`` returns; None
-    #: if the force of the bond cannot be compiled. NumPy then steps the chain.
+    #: if the force of the bond cannot be compiled. NumPy then computes the steps.
     loop: Callable[..., Callable] | None = None
     #: Whether `advance` and `take_coarse_steps` have been called in this process.
     loaded: Event = field(default_factory=Event, compare=False)

@@ -55,7 +55,7 @@ _ROUNDINGS = 1e-14
 # A flight without a contact stops after this much work (number of windows times number of modes),
 # which takes minutes.
 _MOST_WORK = 2e9
-_WORK_AT_ONCE = WORK_AT_ONCE / 60  # one window of one mode costs 60 bond forces
+_WORK_AT_ONCE = WORK_AT_ONCE / 60  # one window of one mode takes as long as 60 bond forces
 # To measure the effect of rounding errors on eta, a collision is repeated with all masses
 # multiplied by each factor. A power of 4 would not change the rounding errors, because its square
 # root is exact.

@@ -54,8 +54,8 @@ def build_largest_overlap(register: Callable) -> Callable:
     return largest_overlap
 
 
-#: Builders of the update functions, by the names of the quantities. The quantities begin at 0. An
-#: update ``f(value, before, after, time)`` returns the new value after a substep.
+#: Builders of the update functions, by the names of the quantities. Each quantity has the initial
+#: value 0. An update ``f(value, before, after, time)`` returns the new value after a substep.
 TRACKED: dict[str, Callable] = {"largest_overlap": build_largest_overlap}
 
 

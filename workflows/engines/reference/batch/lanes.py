@@ -144,7 +144,8 @@ class Places(NamedTuple):
     #: Smallest present strain of the chain in each lane; of shape (L,).
     low: Array
     high: Array  #: Largest present strain of the chain in each lane; of shape (L,).
-    searched: Counts  #: Chain for which each lane searches a contact; -1 for none; of shape (L,).
+    #: Chain whose contact is searched for in each lane; -1 for none; of shape (L,).
+    searched: Counts
 
     @classmethod
     def of(cls, chains: int) -> "Places":

@@ -290,7 +290,8 @@ def build_carry(source: KernelSpec, _stages: VerletKernels, split: bool) -> Call
         moving = searching = done = 0
         last = -1
         while True:
-            # Chains in the lanes continue from the new state.
+            # Load chains into the empty lanes; the chains in all other lanes continue from their
+            # new state.
             for k in range(LANES):
                 if whose[k] >= 0:
                     continue

@@ -91,8 +91,8 @@ class Batch:
         started = time.perf_counter()
         n, bond, interval = self.particles, self._bond, 1.0 / self._stiffness**0.5
         bounds = self._bounds_of(float(np.max(group.rows.energies)))
-        # The centre of mass approaches the wall, so a contact must come. The search for the end
-        # begins only after this time.
+        # The centre of mass approaches the wall; therefore a contact must come. The search for the
+        # end begins only after the time `approach`.
         approach = 1.5 * group.arrival() + 2.0 * interval
         group.follow_until(approach)
         watches: dict[int, EndWatch] = {}
@@ -115,7 +115,8 @@ class Batch:
                 longest = watch.followed_until(last)
                 group.rows.statuses[s] = ENDLESS
                 if not may_break[s]:
-                    # Either energy alone will prove the end, or there is no end.
+                    # If no bond can break, either energy alone will prove the end, or there is no
+                    # end.
                     if now < longest:
                         group.follow_on(s, longest + 2.0 * interval)
                     continue
@@ -194,7 +195,7 @@ class Batch:
         try:
             ending, group.durations[s], evaluations = follow_on(problem, chain)
         except RunError:
-            return None  # the single run reports the error
+            return None  # a single run of this scene will report the error
         chain.run_state["evaluations"] = evaluations
         # If the record of contacts was enlarged, a row has no room for it.
         return ending if chain.arrays.contacts.base is group.rows.contacts else None
