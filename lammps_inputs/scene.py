@@ -108,10 +108,7 @@ class Scene(SceneFields):
         """v0 > 0 in absolute units; the chain's centre of mass arrives with the velocity -v0."""
         if self.initial_state is not None and self.initial_state.velocities is not None:
             masses = chain_masses(self)
-            # Sums of huge masses overflow before the masses are refused.
-            with np.errstate(over="ignore", invalid="ignore"):
-                momentum = float(masses @ self.initial_state.velocities)
-                return -momentum / float(np.sum(masses))
+            return -float(masses @ self.initial_state.velocities) / float(np.sum(masses))
         if self.velocity is not None:
             return self.velocity
         scale = self.bond.natural_speed
