@@ -99,8 +99,8 @@ def check_together(scene: "Scene") -> None:
     )
     for check in checks:
         try:
-            # Sums of huge masses overflow before the masses are refused.
-            with np.errstate(over="ignore", invalid="ignore"):
+            # Masses may overflow before they are refused.
+            with np.errstate(all="ignore"):
                 for mistake in check(scene):
                     mistakes[mistake] = None
         except (ChaincorError, ValueError, TypeError, LookupError):
