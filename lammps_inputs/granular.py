@@ -24,11 +24,11 @@ PAIR_STIFFNESS, WALL_STIFFNESS = 2.0, math.sqrt(2.0)
 # would almost touch each other.
 _FREE = 0.9
 # Duration of a script: the time of the last contact in the reference run, multiplied by the first
-# number, plus the second number times the time in which two colliding beads stop each other. Eta
-# does not change after the last contact.
+# number, plus the second number times the time in which two colliding beads stop each other. The
+# additional time does no harm, because eta does not change after the last contact.
 _LONGER, _MARGIN = 1.05, 5.0
-#: Usual number of rows of the force table, and an upper bound on the error of eta due to their
-#: interpolation.
+#: Usual number of rows of the force table, and an upper bound on the error of eta due to the
+#: interpolation between these rows.
 ROWS, TABLE_ERROR = 100_000, 1e-8
 # The force table extends to _DEEPER times the overlap of two beads that have all energy of the
 # column, but at most to the overlap _DEEPEST.

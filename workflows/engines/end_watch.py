@@ -20,10 +20,10 @@ from chaincor.workflows.engines.ending import (
 from chaincor.workflows.engines.fragment_bounds import reach
 from chaincor.workflows.engines.fragments import Body, Fragments
 
-# A collision is followed for FOLLOWED_TIMES times its duration so far plus LEAST_CROSSINGS sound
-# crossings, but at most for MOST_CROSSINGS sound crossings. These three constants are choices. In a
-# test of many scenes (`tests/judge/plain.py`), which follows collisions for 20 times their
-# duration, no contact comes after these limits.
+# A collision is followed for FOLLOWED_TIMES times the time between its first and its last contact,
+# plus LEAST_CROSSINGS sound crossings, but at most for MOST_CROSSINGS sound crossings. These three
+# constants are choices. In a test of many scenes (`tests/judge/plain.py`), which follows collisions
+# for 20 times their duration, no contact comes after these limits.
 FOLLOWED_TIMES = 21.0
 LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 200.0
 # A fragment that approaches the wall is followed if it arrives there within this number of sound

@@ -71,8 +71,8 @@ class Ending:
     kind: EndingKind  #: ``proved``, ``argued`` or ``open``.
     #: Largest momentum that contacts could give the chain after an open end; 0 for other ends.
     missed_momentum: float = 0.0
-    #: Largest momentum that contacts could give the chain after an argued end, in a nearly equal
-    #: motion; 0 if only a rare concentration of energy could cause a contact.
+    #: For an argued end, the largest momentum that late contacts could give the chain in a nearly
+    #: equal motion; 0 if only a rare concentration of energy could cause a contact.
     momentum_at_stake: float = 0.0
 
     def doubted(self, momentum: float) -> "Ending":

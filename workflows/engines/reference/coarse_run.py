@@ -26,8 +26,8 @@ from chaincor.workflows.engines.time_limit import steps_at_once
 # near the wall, the error of its position is below v0/1e3. Later the phase errors are larger, but
 # the particle is far from the wall.
 COARSE_STEP = 0.1
-# In a coarse run, particle 1 must stay farther from the wall than this fraction of its initial
-# distance, the clearance.
+# Clearance of a coarse run: the distance that particle 1 must keep from the wall, as a fraction of
+# its distance at the start of the run.
 CLEARANCE = 0.5
 # A coarse run is started only if the clearance is at least this fraction of the amplitude of the
 # bonds, v0/sqrt(U'').

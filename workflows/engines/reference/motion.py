@@ -31,9 +31,10 @@ from chaincor.workflows.engines.schemes import StepCoefficients
 # contacts, which need many graded substeps.
 SPARE_SUBSTEPS, SPARE_GRADED_SUBSTEPS = 8, 256
 
-# In a cold chain, a disturbance cannot reach a bond that is this many bonds ahead of the front
-# within one step. Along k bonds it decreases by a factor of about H^(2k)/(2k)!, which is 4e-36 at H
-# = 1. Moving only the bonds behind the front therefore changes no digit.
+# The front separates the bonds in motion from the bonds that still rest. In a cold chain, a
+# disturbance cannot reach a bond that is this many bonds ahead of the front within one step. Along
+# k bonds it decreases by a factor of about H^(2k)/(2k)!, which is 4e-36 at H = 1. Moving only the
+# bonds behind the front therefore changes no digit.
 FRONT_MARGIN = 16
 # A bond is ahead of the front if its strain is below this factor times the impact velocity. The sum
 # of all strains neglected in a run is orders of magnitude below the rounding error.

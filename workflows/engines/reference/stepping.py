@@ -30,8 +30,8 @@ from chaincor.workflows.engines.reference.recorder import Recorder
 from chaincor.workflows.engines.reference.tracked import tracked_values
 from chaincor.workflows.engines.whole_end import certain_at, next_look
 
-# Soft bodies may overlap for at most this time, in units of the contact duration of two free
-# particles.
+# A contact of soft bodies may last for at most this time, in units of the contact duration of two
+# free particles.
 LONGEST_TOUCHES = 100.0
 
 
