@@ -1,7 +1,7 @@
-// What bonds U(r) are asked, as functions of the strain s = r - 1. `BONDS`, their formulas, are printed
-// from lammps_inputs/bonds/potentials.py. Units: bond length at rest, particle mass, U''(1) = 1.
+// Bond potentials U(r) as functions of the strain s = r - 1. Their formulas, `BONDS`, are generated
+// from lammps_inputs/bonds/potentials.py. Units: natural bond length, particle mass, U''(1) = 1.
 
-/** x - ln(1 + x) to full relative accuracy. */
+/** Return x - ln(1 + x) to full relative accuracy. */
 function xMinusLog1p(x) {
   if (Math.abs(x) >= 0.1) return x - Math.log1p(x);
   const t = x / (2 + x), square = t * t;
@@ -10,7 +10,7 @@ function xMinusLog1p(x) {
   return t * x - 2 * t * square * sum;
 }
 
-/** exp(x) - 1 - x to full relative accuracy. */
+/** Return exp(x) - 1 - x to full relative accuracy. */
 function expm1MinusX(x) {
   if (Math.abs(x) >= 0.1) return Math.expm1(x) - x;
   let sum = 0;
@@ -21,7 +21,7 @@ function expm1MinusX(x) {
 const square = (x) => x * x;
 
 
-/** x^k: of a whole k by multiplications. */
+/** Return x^k; if k is a whole number, by multiplications. */
 function power(x, k) {
   if (!(Number.isInteger(k) && k >= 0)) return x ** k;
   let product = 1;
@@ -32,11 +32,12 @@ function power(x, k) {
   return product;
 }
 
-// What a bond is unless it says otherwise: `floor` is the shortest strain, `depth` the energy that
-// breaks it, `convex` the strain up to which U is convex, `barrier` that beyond which it runs away.
+// Default limits of a bond: `floor` is the smallest strain, `depth` the energy that breaks the
+// bond, `convex` the strain up to which U is convex, and `barrier` the strain beyond which U falls
+// without bound.
 const PLAIN = { floor: -Infinity, depth: Infinity, convex: Infinity, barrier: Infinity };
 
-/** The bond of a scene. */
+/** Return the bond of a scene. */
 function bondOf(scene) {
   if (!Object.hasOwn(BONDS, scene.potential)) {
     throw new Error(`This page has no ${scene.potential} bond. Use chaincor run.`);
@@ -48,7 +49,10 @@ function bondOf(scene) {
   return bond;
 }
 
-/** v* = sqrt(2 U(x*)) where U is twice its harmonic part, to the 13 digits scenes know; or null. */
+/**
+ * Return v* = sqrt(2 U(x*)), where x* is the strain at which U is twice its harmonic part, rounded
+ * to 13 digits as in scenes; null for springs.
+ */
 function naturalSpeed(bond) {
   if (bond.linear) return null;
   const excess = (s) => bond.energy(s) / (s * s) - 1;
@@ -62,7 +66,9 @@ function naturalSpeed(bond) {
   return Number(Math.sqrt(2 * bond.energy(root)).toExponential(12));
 }
 
-/** The last number, by halving, at which a condition that holds at `inside` still holds. */
+/**
+ * Return, by bisection, the last number between `inside` and `outside` at which a condition holds.
+ */
 function between(holds, inside, outside) {
   for (;;) {
     const middle = 0.5 * (inside + outside);
@@ -72,7 +78,10 @@ function between(holds, inside, outside) {
   }
 }
 
-/** The strain on one side (-1 short, 1 long) up to which a bond holds no more than an energy. */
+/**
+ * Return the strain on one side (-1 compressed, 1 stretched) up to which the energy of a bond is at
+ * most `energy`.
+ */
 function strainAt(bond, energy, side) {
   if (!(energy > 0)) return 0;
   const limit = side < 0 ? Math.abs(bond.floor) : bond.barrier;

@@ -1,23 +1,26 @@
-// From a scene to its restitution and an error bar: runs with steps that halve until two agree.
+// Compute the restitution of a scene with an error bar: halve the time step until two runs agree.
 
-const USUAL_GOAL = 1e-9; // of eta, and the step that meets it in 1/frequency of the fastest bond
+// Target error of eta, met by USUAL_STEP in units of 1/frequency of the fastest bond.
+const USUAL_GOAL = 1e-9;
 const USUAL_STEP = 0.25;
 const MOST_HALVINGS = 6;
-const ORDER_TRUSTED = 64; // errors fall 256 times; what they are said to is less
-const MOST_EVALUATIONS = 2e9; // of bond forces in a run, half a minute or so
-const SHORTEST = 1e-4; // bonds that may get shorter lose too many digits of 1 + s
-const PATIENCE = 6; // a collision is followed for so many times its length, while no end is known
+const ORDER_TRUSTED = 64; // halving the step reduces errors 256 times; the error bar assumes less
+const MOST_EVALUATIONS = 2e9; // evaluations of bond forces in a run, about half a minute
+const SHORTEST = 1e-4; // if bonds may become shorter, 1 + s loses too many digits
+// A run without a known end stops after this many times the duration of the contacts.
+const PATIENCE = 6;
 const CURVE = { goal: 1e-6, most: 1e8, patience: 2, film: false };
-const FUTILE = 4; // a halving that changes eta by no less than a fourth of the last one's change
-const STEADY = 1e-3; // runs that differ by less have the same end
-const MARGIN = 5; // times of contacts differ by less from run to run
-const QUIET = 2.2; // sound crosses a body and comes back, and a tenth
+const FUTILE = 4; // a halving stalls if it changes eta by more than 1/FUTILE of the previous change
+// If eta differs by less between two runs, the end of the first run holds for the second.
+const STEADY = 1e-3;
+const MARGIN = 5; // contact times differ by less than this between runs
+const QUIET = 2.2; // time in which sound crosses a body and returns, plus a tenth
 const TELL_EVERY = 250; // milliseconds
 
-/** Numbers of a list, repeated along a body. */
+/** Return the masses of a body, repeating a list of masses. */
 const repeated = (masses, count) => Array.from({ length: count }, (_, i) => masses[i % masses.length]);
 
-/** Line, bond, speed and first state of a scene. */
+/** Return the line, bond, speed and initial state of a scene. */
 function prepare(scene) {
   const bond = bondOf(scene), unit = naturalSpeed(bond);
   const speed = scene.velocity ?? (scene.speed ?? 0.4) * (unit ?? NaN);
@@ -46,7 +49,10 @@ const TOO_SHORT = "Bonds get too short for steps of one size: the program has a 
 const TOO_LONG = "This collision takes too long for a page: it is stiff, hot or slow. " +
   "Let the program itself carry it out, with the command below.";
 
-/** A step that resolves the fastest bond when two particles meet in it at twice their speed. */
+/**
+ * Return a time step that resolves the fastest bond, even if two particles approach each other at
+ * twice the largest speed.
+ */
 function firstStep({ line, bond, state }, goal) {
   let fastest = 0, energy = 0, shortest = 0, lightest = Math.min(...line.chain);
   for (const v of state.velocities) fastest = Math.max(fastest, Math.abs(v));
@@ -64,8 +70,8 @@ function firstStep({ line, bond, state }, goal) {
 }
 
 /**
- * Carry out a collision with one step. `known` is a run with another step, of which the end holds
- * for this one, if `steady`.
+ * Run a collision with one time step. `known` is a run with another step; its end also holds for
+ * this run if `steady` is true.
  */
 function follow(setup, step, { film, most, patience, known, steady, tell = () => {} }) {
   const { line, bond, state, speed } = setup;
@@ -78,10 +84,11 @@ function follow(setup, step, { film, most, patience, known, steady, tell = () =>
   const slow = Math.sqrt(line.rigid || line.first === 1 ? heaviness
     : Math.max(heaviness, sumOf(line.target) / line.first));
   const mostSteps = most / (KICKS.length * line.masses.length);
-  // Sound has to cross at least.
+  // At least, sound has to cross the longer body.
   if (span * slow > 2 * mostSteps * step) throw new Refusal(TOO_LONG);
   let look = 0, calmSince = 0, counted = 0, ending = null, told = Date.now();
-  // Of the bonds: from the first contact to this step, and to the step before the last contact.
+  // Extreme strains of the bonds since the first contact: `lengths` up to this step, `within` up to
+  // the step before the last contact.
   let lengths = [0, 0], within = [0, 0], met = 0;
   reel && reel.note(motion);
   while (!ending) {
@@ -142,7 +149,7 @@ function follow(setup, step, { film, most, patience, known, steady, tell = () =>
   };
 }
 
-/** The words for a step with which the bonds did what they must not. */
+/** Return the message for a run in which bonds left their allowed range. */
 function refusalOf({ scene, bond }, reason) {
   if (reason === "barrier")
     return "A bond is stretched beyond its barrier, where U falls without bound: such a bond " +
@@ -153,15 +160,16 @@ function refusalOf({ scene, bond }, reason) {
 }
 
 /**
- * Carry out a collision with an error bar: `goal` is asked of the difference between two steps.
- * `tell` hears how far it is, `show` of each run that can be shown.
+ * Run a collision with an error bar, halving the step until two runs differ by at most `goal`.
+ * `tell` receives the progress, and `show` each run that can be shown.
  */
 function collide(scene, options = {}) {
   const { goal = USUAL_GOAL, most = MOST_EVALUATIONS, patience = PATIENCE, film = true } = options;
   const { tell, show = () => {} } = options;
   const setup = prepare(scene), { line, bond } = setup;
   const started = Date.now(), modes = film ? modesOf(line.chain) : null;
-  let stalls = 0, last = Infinity; // halvings that hardly helped, and how much the last one changed
+  // Number of halvings that hardly helped, and the last change of eta.
+  let stalls = 0, last = Infinity;
   let step = firstStep(setup, goal), before = null, error = null, refused = null, steady = false;
   for (let halving = 0; halving <= MOST_HALVINGS; halving++, step /= 2) {
     let run;
@@ -169,11 +177,11 @@ function collide(scene, options = {}) {
       run = follow(setup, step, { film, most, patience, known: before, steady, tell });
     } catch (problem) {
       if (!(problem instanceof RangeError)) {
-        // What is known stays.
+        // Keep the earlier result.
         if (error !== null && problem instanceof Refusal) break;
         throw problem;
       }
-      refused = problem.message; // it may be the step
+      refused = problem.message; // the step may be too long
       before = error = null;
       steady = false;
       if (halving >= 2 && bond.floor !== -1) break;
@@ -183,7 +191,7 @@ function collide(scene, options = {}) {
     steady = true;
     if (before) {
       const change = Math.abs(run.restitution - before.restitution);
-      // Rounding walks at random; two runs may agree by chance.
+      // Rounding errors add up like a random walk, even if two runs agree by chance.
       const rounding = 2 ** -48 * Math.sqrt(run.steps);
       steady = change < STEADY;
       if (change > last / FUTILE) stalls++;
@@ -200,7 +208,7 @@ function collide(scene, options = {}) {
       ...(film ? spectrumOf(setup, run, modes) : {}),
     });
     if (error !== null && error <= goal) break;
-    // A chaotic motion is none the sharper for shorter steps.
+    // For a chaotic motion, shorter steps do not reduce the error.
     const tooMany = 2 * run.steps * KICKS.length * line.masses.length > most;
     if (error !== null && (stalls >= 2 || tooMany)) break;
     show(before, false);
@@ -210,16 +218,18 @@ function collide(scene, options = {}) {
   return before;
 }
 
-/** Energies of the chain's modes after the last contact, over K_i, and the modes. */
+/**
+ * Return the energies of the chain's modes after the last contact, divided by K_i, and the modes.
+ */
 function spectrumOf({ line, speed }, run, modes) {
-  // Of a chain that broke, modes of motion alone mean something.
+  // If the chain broke, only the kinetic energies of modes have a meaning.
   const u = run.displacements.slice(line.first).map((x) => (run.fragments > 1 ? 0 : x));
   const v = run.final.velocity.slice(line.first), whole = sumOf(line.chain);
   const spectrum = modeEnergies(modes, line.chain, u, v).map((e) => e / (0.5 * whole * speed ** 2));
   return { spectrum, modes: { omega: modes.omega, shapes: Float32Array.from(modes.shapes) } };
 }
 
-/** Speeds of the curve, in an order that shows its shape early. */
+/** Return the speeds of the curve, in an order that shows the shape of the curve early. */
 function curveSpeeds(scene) {
   const linear = BONDS[scene.potential](scene).linear;
   if (linear && !(scene.temperature > 0)) return [0.1];
@@ -229,7 +239,10 @@ function curveSpeeds(scene) {
   return order.map((k) => largest * k / count);
 }
 
-/** What the worker does: one collision, or a curve of them, told piece by piece. */
+/**
+ * Let a worker run one collision, or one for each speed of a curve, and post its results one by
+ * one.
+ */
 function serve(scope) {
   scope.onmessage = ({ data: { id, task, scene } }) => {
     const post = (kind, content) => scope.postMessage({ id, kind, ...content });

@@ -1,13 +1,13 @@
-// Hands on the page: controls, keys, theme; and its start.
+// Connect controls, keys and themes, and start the page.
 
-/** Draw all pictures anew, at the moment shown. */
+/** Draw all pictures again at the moment shown. */
 function repaint() {
   for (const picture of PICTURES) picture.forget();
   seek(state.time);
   curvePicture.draw();
 }
 
-/** Wear a theme: light, dark, or null for that of the system. */
+/** Apply a theme: light, dark, or null for the theme of the system. */
 function wear(theme) {
   if (theme) document.documentElement.dataset.theme = theme;
   else delete document.documentElement.dataset.theme;
@@ -17,7 +17,7 @@ function wear(theme) {
   repaint();
 }
 
-/** Where only the other sign of a bond's number is allowed beside the numbers before it, take it. */
+/** If the numbers before it allow only the other sign of a bond parameter, change its sign. */
 function turnSigns() {
   const scene = {};
   for (const [key, between] of Object.entries(BOND_FORM[find("potential").value].limits)) {
@@ -36,7 +36,7 @@ function wire() {
     find(box).addEventListener("input", () => change({ later: 300 }));
   }
   find("potential").addEventListener("change", () => {
-    // Springs count speeds in other units.
+    // For springs, speeds have other units.
     find("speed").value = BOND_FORM[find("potential").value].linear ? 0.1 : 0.4;
     change();
   });
@@ -71,7 +71,7 @@ function wire() {
     try {
       localStorage.setItem("theme", theme);
     } catch {
-      // It is forgotten with the page.
+      // The theme is then lost when the page is closed.
     }
     wear(theme);
   });
@@ -118,7 +118,7 @@ let kept = null;
 try {
   kept = localStorage.getItem("theme");
 } catch {
-  // Pages from files may have nothing to remember with.
+  // Pages that were opened from files may have no storage.
 }
 find("particles").value = SETTINGS.particles;
 readAddress();

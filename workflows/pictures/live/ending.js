@@ -1,14 +1,20 @@
-// When a collision is over. As in workflows/engines/ending.py and fragments.py, in a simpler form that
-// proves less: a body is cut where it breaks, and no first piece may have the energy to come back.
+// Decide whether a collision is over. This is a simpler form of workflows/engines/ending.py and
+// fragments.py that proves less: a body is cut into pieces where it breaks, and the first piece
+// must lack the energy to come back.
 
-const PAID = 0.9; // energy of a broken bond taken as paid once an end particle is far out
-const LEFT = 0.5; // part of a speed of separation that must be left when all pulls are counted
+// Part of the breaking energy that an end particle far from its piece has surely spent.
+const PAID = 0.9;
+const LEFT = 0.5; // part of the speed of separation that must remain after all pulls
 const RESERVE = 1.5;
-const VIBRATIONS = 100; // a particle, with which risks are reckoned
-const RISK_ALLOWED = 1e-3; // an end is argued where a return is less likely
-const LEAST_SHARE = 0.05; // of way and speed between two bodies
+const VIBRATIONS = 100; // number of vibrations per particle that risks allow for
+const RISK_ALLOWED = 1e-3; // the end counts as argued if the probability of a return is smaller
+// Smallest share of a body in the distance and the speed between two bodies.
+const LEAST_SHARE = 0.05;
 
-/** Sums over the parts w_i of the mass beyond each bond, for the first particle of a piece. */
+/**
+ * Return sums over the fractions w_i of the mass beyond each bond, for the first particle of a
+ * piece.
+ */
 function leverOf(masses) {
   const whole = sumOf(masses);
   let beyond = 0, total = 0, squares = 0, largest = 0;
@@ -23,7 +29,9 @@ function leverOf(masses) {
            rest: whole - masses[0] };
 }
 
-/** The longest strain of bonds that hold an energy at most, and the least 2 U/s^2 of them. */
+/**
+ * Return the largest strain of bonds with at most `energy`, and the smallest 2 U/s^2 of such bonds.
+ */
 function extentOf(bond, energy) {
   const low = strainAt(bond, energy, -1), high = strainAt(bond, energy, 1);
   let softest = 1;
@@ -34,7 +42,9 @@ function extentOf(bond, energy) {
   return [high, softest];
 }
 
-/** How far an end particle gets from where the mean of its piece has it, with an energy. */
+/**
+ * Bound the distance of an end particle beyond the mean displacement of its piece, for an energy.
+ */
 function reachOf(bond, energy, lever) {
   if (lever.particles === 1 || energy <= 0) return 0;
   if (energy >= bond.breaking) return Infinity;
@@ -48,7 +58,9 @@ function reachOf(bond, energy, lever) {
   return far;
 }
 
-/** How likely a piece is to throw its end particle out with a speed, as molecules decay. */
+/**
+ * Return the probability that a piece throws out its end particle with a speed, as molecules decay.
+ */
 function escapeRisk(bond, energy, lever, speed, patience) {
   if (lever.particles === 1) return 0;
   if (speed <= 0) return 1;
@@ -62,7 +74,9 @@ function escapeRisk(bond, energy, lever, speed, patience) {
   return Math.min(1, Math.max(1e-300, Math.min(patience * decays, energy / breaking * part)));
 }
 
-/** A body cut at bonds: what is known of its pieces and of each cut. */
+/**
+ * Cut a body at bonds. Return its pieces, which cuts surely move apart, and how firmly each binds.
+ */
 function cutAt(body, bond, cuts) {
   const { strains, velocities, masses, displacements, energies } = body;
   const pieces = [];
@@ -84,7 +98,7 @@ function cutAt(body, bond, cuts) {
     const free = 2 * (energy - PAID * bond.depth) * lever.rest / lever.whole / lever.mass;
     return [reachOf(bond, PAID * bond.depth, lever), Math.sqrt(free)];
   };
-  // Strain of the bond at each cut, and its growth, that no motion can fall below.
+  // Lower bounds on the strain of the bond at each cut, and on the growth rate of this strain.
   const gapsOf = (energies, speeds) => cuts.map((cut, k) => {
     const [far, near] = [pieces[k], pieces[k + 1]];
     const [back, backSpeed] = endOf(energies[k], far.back);
@@ -116,7 +130,7 @@ function cutAt(body, bond, cuts) {
     const bound = 0.5 * a * b / (a + b) * (w - v) * Math.abs(w - v) + energies[cut] - bond.depth;
     return w > v ? bound : Math.min(bound, -Math.abs(w - v));
   });
-  // Where nothing is proved, the pull is that of the present motion.
+  // If a cut is not proved to move apart, the pull follows from the present motion.
   worsened(cuts.map((cut, k) => {
     if (apart[k]) return pulls[k];
     const opening = speeds[k][1] - speeds[k][0];
@@ -125,7 +139,10 @@ function cutAt(body, bond, cuts) {
   return { pieces, apart, binding };
 }
 
-/** Cut a body into as many pieces as move apart; the first, and whether others may disturb it. */
+/**
+ * Cut a body into pieces that move apart. Return the first piece, and the probability that other
+ * pieces disturb it.
+ */
 function firstPiece(body, bond) {
   let cuts = [];
   if (bond.depth < Infinity)
@@ -134,7 +151,7 @@ function firstPiece(body, bond) {
     const { pieces, apart, binding } = cutAt(body, bond, cuts);
     const failing = cuts.map((_, k) => k).filter((k) => !apart[k] && binding[k] <= 0);
     if (failing.length) {
-      // Those most firmly bound first: with them taken as one, the others may move apart.
+      // The most firmly bound pieces are joined first, because the others may then move apart.
       failing.sort((a, b) => binding[a] - binding[b]);
       const bound = new Set(failing.slice(0, Math.max(1, Math.floor(failing.length / 3))));
       cuts = cuts.filter((_, k) => !bound.has(k));
@@ -154,13 +171,16 @@ function firstPiece(body, bond) {
   }
 }
 
-/** A body as it leaves a plane: particles from the contact outward, velocities away from it. */
+/** Describe a body by particles from the contact outward, with velocities away from the contact. */
 function bodyOf(bond, strains, velocities, masses) {
   const displacements = displacementsOf(strains), energies = strains.map(bond.energy);
   return { strains, velocities, masses, displacements, energies };
 }
 
-/** 0 where it is proved that a piece does not come back to the plane; 1 while it approaches. */
+/**
+ * Return the probability that a piece comes back to the plane: 0 if a return is ruled out, 1 while
+ * the piece approaches.
+ */
 function returnRisk(piece, bond, displacement, speed) {
   const { front: lever, energy, disturbed, patience } = piece;
   if (speed <= 0) return 1;
@@ -172,20 +192,21 @@ function returnRisk(piece, bond, displacement, speed) {
   return Math.min(1, disturbed + escapeRisk(bond, energy, lever, speed, patience));
 }
 
-/** How likely the bodies of a motion are to meet again: 0 where that is ruled out. */
+/** Return the probability that the bodies meet again; 0 if this is ruled out. */
 function meetingRisk({ line, bond, now }) {
   const { strain, velocity } = now, { first, gap, rigid } = line;
   if (line.separation(velocity) <= 0) return 1;
   const chain = firstPiece(
     bodyOf(bond, strain.slice(first), velocity.slice(first), line.chain), bond
   );
-  // A wall, and a single particle, only stand before the other body.
+  // A wall or a single particle has no internal motion.
   let target = { speed: rigid ? 0 : -velocity[gap], mean: 0, energy: 0, mass: 1, size: 1 };
   if (!rigid && first > 1) {
     const mirrored = [strain.slice(0, gap), velocity.slice(0, first).map((v) => -v), line.target];
     target = firstPiece(bodyOf(bond, ...mirrored.map((part) => part.slice().reverse())), bond);
   }
-  // The plane between both leaves each the more of way and speed the hotter it is.
+  // A plane between the bodies gives the hotter body the larger share of the distance and the
+  // speed.
   const single = target.front === undefined;
   const share = (a, b) => {
     const part = a + b > 0 ? a / (a + b) : 0.5;
@@ -201,7 +222,7 @@ function meetingRisk({ line, bond, now }) {
   return Math.min(1, risk + returnRisk(target, bond, (1 - near) * way, (1 - fast) * speed));
 }
 
-/** Which bonds are broken: they stretch, and the energy across them exceeds what they hold. */
+/** Mark the broken bonds: they are stretched and lengthen, and their energy exceeds the depth. */
 function brokenBonds(bond, gap, masses, strainOf, openingOf, bonds) {
   const broken = new Uint8Array(bonds);
   if (bond.depth === Infinity) return broken;

@@ -1,9 +1,9 @@
-// Axes on a canvas: what all pictures have in common.
+// Axes on a canvas, which all pictures use.
 
 const colour = (name) =>
   getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
 
-/** Round numbers that cover an interval, about `count` of them. */
+/** Return about `count` round numbers that cover an interval. */
 function ticksOf(low, high, count) {
   const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].find((factor) => factor * power >= rough) * power;
@@ -13,13 +13,13 @@ function ticksOf(low, high, count) {
   return ticks;
 }
 
-/** A tick as text, small powers of ten as such. */
+/** Return a tick as text. */
 const tickText = (x) => (x !== 0 && (Math.abs(x) < 1e-3 || Math.abs(x) >= 1e5)
   ? x.toExponential(0) : String(x)).replace("-", "\u2212");
 
 /**
- * A picture with axes. What does not change in time is painted once, into a canvas of its own;
- * `paint(axes)` does that, and `overlay(axes, moment)` what a moment adds.
+ * Picture with axes. `paint(axes)` draws the parts that do not change in time, once and into a
+ * separate canvas. `overlay(axes, moment)` draws the parts that belong to a moment.
  */
 class Picture {
   constructor(id, { paint, overlay = () => {}, left = 52, bottom = 38, top = 10, right = 12 }) {
@@ -28,7 +28,7 @@ class Picture {
     Object.assign(this, { paint, overlay, left, bottom, top, right, stale: true });
   }
 
-  /** Paint again when next drawn: the data, the size or the theme changed. */
+  /** Request new painting, because the data, the size or the theme changed. */
   forget() {
     this.stale = true;
   }
@@ -60,7 +60,7 @@ class Picture {
     this.pen.font = "13px system-ui, sans-serif";
   }
 
-  /** Set what the axes span; logarithmic y by its exponents. */
+  /** Set the ranges of the axes; for a logarithmic y axis, by exponents. */
   span(x0, x1, y0, y1) {
     Object.assign(this, { x0, x1, y0, y1 });
     this.inner = [this.wide - this.left - this.right, this.high - this.top - this.bottom];
@@ -85,7 +85,7 @@ class Picture {
       this.line([[tick, this.y0], [tick, this.y1]], "grid", grid ? 1 : 0);
       if (numbers) pen.fillText(tickText(tick), this.x(tick), top + height + 5);
     }
-    const middle = left + width / 2; // a label is condensed where it would not fit
+    const middle = left + width / 2; // labels that would not fit are condensed
     pen.fillText(xLabel, middle, this.high - 15, 2 * Math.min(middle, this.wide - middle));
     pen.textAlign = "right";
     pen.textBaseline = "middle";
@@ -121,7 +121,7 @@ class Picture {
     pen.stroke();
   }
 
-  /** A polyline through points of the axes. */
+  /** Draw a polyline through points in units of the axes. */
   line(points, name, width = 1.5, dash = []) {
     if (!width) return;
     const { pen } = this;
@@ -135,7 +135,7 @@ class Picture {
     pen.restore();
   }
 
-  /** A dot, full or hollow, at pixels. */
+  /** Draw a full or hollow dot at a position in pixels. */
   dot(x, y, radius, name, full = true) {
     const { pen } = this;
     pen.beginPath();

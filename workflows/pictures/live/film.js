@@ -1,8 +1,8 @@
-// The film of a run: what pictures of it are made of.
+// Film of a run: the data for its pictures.
 
 const FRAMES = 600;
 
-/** What can be drawn: displacements, velocities and energies at regular times. */
+/** Displacements, velocities and energies at regular times. */
 class Film {
   constructor(setup, stride, until) {
     Object.assign(this, { setup, stride, until, times: [], frames: [] });
@@ -13,19 +13,22 @@ class Film {
     this.times.push(motion.time);
     this.frames.push([Float32Array.from(motion.displacements()), motion.now.velocity.slice()]);
     if (this.times.length < 2 * FRAMES) return;
-    this.stride *= 2; // every other one will do
+    this.stride *= 2; // keep every second frame
     this.times = this.times.filter((_, k) => k % 2 === 0);
     this.frames = this.frames.filter((_, k) => k % 2 === 0);
   }
 
-  /** Frames from soon before the first contact to soon after the last one, in one array each. */
+  /**
+   * Return the frames from shortly before the first contact until `end`, with one array for each
+   * quantity.
+   */
   cut(begin, end) {
     const { state, line, speed } = this.setup, lead = 0.06 * (end - begin);
     const first = this.times[0] - begin;
     const [u0, v0] = this.frames[0];
     const times = [], u = [], v = [], step = this.times[1] - this.times[0];
     for (let t = -lead; t < first - step / 2 && first === 0; t += step) {
-      // A cold chain in flight, before it touches the wall.
+      // Before the first contact, a cold chain flies without forces.
       times.push(t);
       u.push(u0.map((x, i) => x + state.velocities[i] * t));
       v.push(Float64Array.from(state.velocities));
@@ -46,7 +49,10 @@ class Film {
   }
 }
 
-/** Translation, vibration (kinetic) and bonds of the chain, and the same of a free target, over K_i. */
+/**
+ * Return the energies of translation, internal motion and bonds of the chain, and of a free target,
+ * divided by K_i.
+ */
 function partition({ line, bond, speed }, u, v) {
   const split = (begin, end) => {
     const mean = meanOf(v, line.masses, begin, end);

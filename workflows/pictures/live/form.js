@@ -1,4 +1,4 @@
-// The form: what scene it says, and the address and command that say the same.
+// Convert between the form, its scene, an address and a command.
 
 const find = (id) => document.getElementById(id);
 
@@ -14,7 +14,7 @@ const BOND_NUMBERS = Object.values(BOND_FORM).flatMap((form) => Object.keys(form
 const TEXTS = ["potential", ...BOND_NUMBERS, "speed", "velocity", "particles",
                "masses", "target_particles", "target_masses", "temperature", "seed"];
 
-/** Positive numbers with commas between them. */
+/** Read positive numbers that are separated by commas. */
 function readMasses(text, what) {
   const masses = text.split(/[\s,;]+/).filter((part) => part).map(Number);
   if (masses.some((m) => !(m >= 1e-3 && m <= 1e3)))
@@ -22,7 +22,7 @@ function readMasses(text, what) {
   return masses;
 }
 
-/** One number of the form, refused by name where it is none. */
+/** Read one number of the form; throw a Refusal that names an invalid field. */
 function readNumber(id, low, high, { whole = false } = {}) {
   const text = find(id).value, value = Number(text);
   if (text.trim() === "" || !(value >= low && value <= high) || (whole && value % 1))
@@ -31,7 +31,7 @@ function readNumber(id, low, high, { whole = false } = {}) {
   return value;
 }
 
-/** The scene that the form says; Refusal where it says none. */
+/** Return the scene in the form; throw a Refusal if the form is invalid. */
 function readScene() {
   const scene = { potential: find("potential").value };
   const { linear, whole, limits } = BOND_FORM[scene.potential];
@@ -57,7 +57,7 @@ function readScene() {
   return scene;
 }
 
-/** Put what an address says into the form. */
+/** Fill the form from the address of the page. */
 function readAddress() {
   const given = new URLSearchParams(location.hash.slice(1));
   state.question = given.get("eta") === "hidden";
@@ -72,14 +72,20 @@ function readAddress() {
   }
 }
 
-/** A scene as the end of an address, and whether its restitution is hidden until asked for. */
+/**
+ * Return the end of the address for a scene. The address also says whether the restitution is
+ * hidden until the reader asks.
+ */
 function addressOf(scene) {
   const pairs = Object.entries(scene).map(([key, value]) => [key, String(value)]);
   if (state.question) pairs.push(["eta", "hidden"]);
   return "#" + pairs.map(([key, value]) => `${key}=${value}`).join("&");
 }
 
-/** The drawn state of a warm chain before a wall, as a file for --initial; null for other scenes. */
+/**
+ * Return the random initial state of a warm chain at a wall as a file for --initial; null for other
+ * scenes.
+ */
 function firstStateOf(scene) {
   if (!(scene.temperature > 0) || scene.target_particles > 0) return null;
   try {
@@ -88,12 +94,15 @@ function firstStateOf(scene) {
       `${state.strains[line.gap + i]},${state.velocities[line.first + i]}`);
     return ["strain,velocity", ...rows, ""].join("\n");
   } catch (problem) {
-    if (problem instanceof Refusal) return null; // the worker says why
+    if (problem instanceof Refusal) return null; // the worker reports the reason
     throw problem;
   }
 }
 
-/** The command that has the program itself carry a scene out, from its first state if it is drawn. */
+/**
+ * Return the command with which chaincor runs the scene, from the drawn initial state if there is
+ * one.
+ */
 function commandOf(scene, drawn) {
   const { speed, velocity, temperature, seed, ...rest } = scene;
   const options = Object.entries(drawn ? { ...rest, initial: "state.csv" } : scene).map(
@@ -102,7 +111,7 @@ function commandOf(scene, drawn) {
   return ["chaincor run --engine reference", ...options].join(" ");
 }
 
-/** Show what belongs to the choices made. */
+/** Show the fields that belong to the present choices. */
 function arrange() {
   const { linear, limits } = BOND_FORM[find("potential").value];
   const scene = {};

@@ -1,6 +1,6 @@
 // Graphs beside the motion: energies, contacts, modes, and the curve over the speed.
 
-/** Where the energy is, stacked. */
+/** Stacked energies against time. */
 const energyPicture = new RunPicture("energy", {
   paint(axes, run) {
     const { times, energies } = run.film;
@@ -26,7 +26,7 @@ const energyPicture = new RunPicture("energy", {
   overlay: cursor,
 });
 
-/** Hits so far, with the speeds at which particle 1 comes. */
+/** Contacts so far, with the incoming speeds of particle 1. */
 const contactPicture = new RunPicture("contacts", {
   paint(axes, run) {
     const { times } = run.film, most = Math.max(1, ...run.contacts.map(([, speed]) => speed));
@@ -43,7 +43,7 @@ const contactPicture = new RunPicture("contacts", {
   },
 });
 
-/** Energies of the modes, now and after the last contact. */
+/** Energies of the modes, at the moment shown and after the last contact. */
 const spectrumPicture = new RunPicture("spectrum", {
   left: 64,
   paint(axes, run) {
@@ -53,14 +53,14 @@ const spectrumPicture = new RunPicture("spectrum", {
       { logarithmic: true });
     const left = Array.from(run.spectrum, (e, j) => [j, Math.max(-8, Math.log10(e))]).slice(1);
     if (left.length === 1) left.splice(0, 1, [0.9, left[0][1]], [1.1, left[0][1]]);
-    axes.line(left, "faint", 1); // none for a single particle
+    axes.line(left, "faint", 1); // a single particle has no modes
   },
   overlay(axes, run, moment) {
     const { count, first, speed, modes } = run, n = count - first;
     const at = moment.frame * count + first, end = at + n;
     const masses = run.masses.slice(first), mass = sumOf(masses);
     const u = run.film.displacements.subarray(at, end), v = run.film.velocities.subarray(at, end);
-    // Of a chain that broke, modes of motion alone mean something.
+    // If the chain broke, only the kinetic energies of modes have a meaning.
     const apart = run.broken[moment.frame].some((b) => b), unit = 0.5 * mass;
     const still = apart ? new Float32Array(n) : u.map((x) => x / speed);
     shown.energies = modeEnergies(modes, masses, still, v, shown.energies?.length === n
@@ -72,7 +72,7 @@ const spectrumPicture = new RunPicture("spectrum", {
   },
 });
 
-/** The restitution at all speeds, point by point. */
+/** Restitution against speed, point by point. */
 const curvePicture = new Picture("curve", {
   paint(axes) {
     const known = shown.curve.filter((point) => point.restitution !== undefined);

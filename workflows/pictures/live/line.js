@@ -1,21 +1,23 @@
-// Two bodies on a line, and their motion: symmetric compositions of Verlet steps between contacts,
-// which are located to rounding on the composed map. As in workflows/engines/reference/lines.
+// Integrate two bodies on a line by symmetric compositions of Verlet steps. Contacts are located to
+// within rounding on the composed map, as in workflows/engines/reference.
 //
-// All particles stand along x, from the far end of the target to the far end of the chain, joined
-// by bonds, but for one gap: there lies the contact. A rigid wall is one particle of infinite mass.
+// Particles are ordered along x, from the far end of the target to the far end of the chain. Bonds
+// join neighbours, except across the gap, where contacts occur. A rigid wall is one particle of
+// infinite mass.
 
-// Parts of a step that are not cut further in the search for a contact.
+// Smallest interval in the search for a contact, as a fraction of the step.
 const NARROWEST = 2 ** -20;
 const MOST_CONTACTS_IN_A_STEP = 64;
-// Each stage lets one more particle on either side act on the contact.
+// Number of particles on either side that can affect the contact within a step: each stage adds
+// one.
 const NEAR = KICKS.length + 1;
 
-/** What cannot be carried out on the page, in words for the reader. */
+/** A scene that the page cannot compute, with a message for the reader. */
 class Refusal extends Error {}
 
 const sumOf = (numbers) => numbers.reduce((a, b) => a + b, 0);
 
-/** Mean of the particles from `begin` to `end`, by their masses: that of the centre of mass. */
+/** Return the mean over the particles from `begin` to `end`, weighted by mass. */
 function meanOf(values, masses, begin = 0, end = masses.length) {
   let mass = 0, sum = 0;
   for (let i = begin; i < end; i++) {
@@ -25,7 +27,10 @@ function meanOf(values, masses, begin = 0, end = masses.length) {
   return sum / mass;
 }
 
-/** Displacements of particles in a row, from strains of the bonds between them and the first. */
+/**
+ * Return the displacements of successive particles, from the first displacement and the strains of
+ * the bonds.
+ */
 function displacementsOf(strains, first = 0) {
   const u = new Float64Array(strains.length + 1);
   u[0] = first;
@@ -33,7 +38,7 @@ function displacementsOf(strains, first = 0) {
   return u;
 }
 
-/** Masses, inverse masses and gap of two bodies, along x. */
+/** Masses, inverse masses and place of the gap for two bodies along x. */
 class Line {
   constructor(masses, first) {
     this.masses = Float64Array.from(masses);
@@ -46,14 +51,20 @@ class Line {
     this.contactMass = 1 / (this.inverse[this.gap] + this.inverse[first]);
   }
 
-  /** How fast the bodies move apart: velocity of the chain less that of the target. */
+  /**
+   * Return the speed at which the bodies separate: velocity of the chain minus velocity of the
+   * target.
+   */
   separation(velocity) {
     const chain = meanOf(velocity, this.masses, this.first);
     return this.rigid ? chain : chain - meanOf(velocity, this.masses, 0, this.first);
   }
 }
 
-/** Strains and velocities, scratch for forces, and the displacement of the first particle. */
+/**
+ * Create a state: strains, velocities, space for forces, and the displacement of the first
+ * particle.
+ */
 function makeState(particles) {
   const bonds = particles - 1;
   return {
@@ -64,7 +75,7 @@ function makeState(particles) {
   };
 }
 
-/** Copy the part of a state that begins with some particle. */
+/** Copy a state, or its part that begins with particle `begin`. */
 function copyState(from, to, begin = 0) {
   to.strain.set(from.strain.subarray(begin, begin + to.strain.length));
   to.velocity.set(from.velocity.subarray(begin, begin + to.velocity.length));
@@ -86,7 +97,7 @@ function kick({ strain, velocity, force }, bond, inverse, gap, time) {
   velocity[last] += time * inverse[last] * force[last - 1];
 }
 
-/** One composed step, in place, as if nothing could meet at the gap. */
+/** Take one composed step in place, without contacts. */
 function leap(state, bond, inverse, gap, step) {
   drift(state, DRIFTS[0] * step);
   for (let k = 0; k < KICKS.length; k++) {
@@ -95,7 +106,10 @@ function leap(state, bond, inverse, gap, step) {
   }
 }
 
-/** Bound the contacts between two moments: sign changes among Bernstein coefficients. */
+/**
+ * Bound the number of contacts between two times by the sign changes among Bernstein coefficients
+ * of the gap.
+ */
 function signChanges([x0, v0, a0], [x1, v1, a1], step) {
   const coefficients = [
     x0,
@@ -113,7 +127,7 @@ function signChanges([x0, v0, a0], [x1, v1, a1], step) {
   return changes;
 }
 
-/** Both bodies in motion. */
+/** Motion of both bodies. */
 class Motion {
   constructor(line, bond, { strains, velocities }, step) {
     Object.assign(this, { line, bond, step });
@@ -121,7 +135,7 @@ class Motion {
     this.now = makeState(particles);
     this.now.strain.set(strains);
     this.now.velocity.set(velocities);
-    // Displacements count from the place at rest of the target's first particle.
+    // Displacements are relative to the natural position of the target's particle at the contact.
     for (let i = 0; i < line.gap; i++) this.now.position -= strains[i];
     this.kept = makeState(particles);
     this.last = makeState(particles);
@@ -137,7 +151,7 @@ class Motion {
     return this.steps * this.step;
   }
 
-  /** Let particles that touch and approach exchange the momentum 2 mu w. */
+  /** If the particles at the gap touch and approach at speed w, exchange the momentum 2 mu w. */
   meet(time) {
     const { strain, velocity } = this.now, { gap, first, inverse, contactMass } = this.line;
     const closing = velocity[gap] - velocity[first];
@@ -148,7 +162,7 @@ class Motion {
     copyState(this.now, this.last);
   }
 
-  /** The gap, its rate, and the rate of that. */
+  /** Return the gap and its first two derivatives in time. */
   opening({ strain, velocity, force }, gap, inverse) {
     this.bond.forces(strain, force);
     const ahead = gap + 1 < strain.length ? force[gap + 1] : 0;
@@ -160,7 +174,10 @@ class Motion {
     ];
   }
 
-  /** The same after some time since the state kept, of the particles that matter. */
+  /**
+   * Return the gap and its derivatives at a time after the kept state, from the particles near the
+   * gap.
+   */
   probe(time) {
     const gap = this.line.gap - this.begin;
     copyState(this.kept, this.near, this.begin);
@@ -168,7 +185,7 @@ class Motion {
     return this.opening(this.near, gap, this.nearInverse);
   }
 
-  /** Time of the first contact within a step after the state kept; -1 for none. */
+  /** Return the time of the first contact within a step after the kept state; -1 for none. */
   findContact(step, start, end) {
     let low = 0, width = step, before = start;
     while (low < step) {
@@ -186,7 +203,10 @@ class Motion {
     return -1;
   }
 
-  /** Newton's method between bounds: the gap is open at `low`, and not at `high`. */
+  /**
+   * Find the contact by Newton's method between bounds: the gap is open at `low`, and not at
+   * `high`.
+   */
   refine(low, high) {
     let time = 0.5 * (low + high);
     for (let k = 0; k < 80; k++) {
@@ -225,7 +245,7 @@ class Motion {
     this.checkStrains();
   }
 
-  /** RangeError where a bond is shorter than nothing, or has run away; what is no number, too. */
+  /** Throw RangeError if a bond has a length below 0 or beyond its barrier, or is not a number. */
   checkStrains() {
     const { strain } = this.now, { gap } = this.line, least = -1, most = this.bond.barrier;
     for (let i = 0; i < strain.length; i++) {
@@ -234,7 +254,7 @@ class Motion {
     }
   }
 
-  /** Displacements along x of all particles. */
+  /** Return the displacements of all particles along x. */
   displacements() {
     return displacementsOf(this.now.strain, this.now.position);
   }

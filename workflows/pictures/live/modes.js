@@ -1,6 +1,6 @@
 // Modes of a free body: E_j = (p_j^2 + omega_j^2 q_j^2)/2, as in analysis/modes.py.
 
-/** Frequencies, and shapes a_ij in rows, of a free chain of springs. */
+/** Return the frequencies, and the shapes a_ij in rows, of a free chain of springs. */
 function modesOf(masses) {
   const n = masses.length;
   if (masses.every((m) => m === masses[0])) {
@@ -23,7 +23,7 @@ function modesOf(masses) {
   const shapes = new Float64Array(n * n);
   order.forEach((from, to) =>
     shapes.set(vectors.subarray(from * n, (from + 1) * n), to * n));
-  // The first is the translation.
+  // The first mode is the translation, with frequency 0.
   const omega = Float64Array.from(order, (k, j) => (j ? Math.sqrt(Math.max(0, diagonal[k])) : 0));
   return { omega, shapes };
 }
@@ -68,7 +68,7 @@ function solveTridiagonal(d, e, z) {
   }
 }
 
-/** Energies of all modes, the translation first, of displacements and velocities of a body. */
+/** Return the energies of all modes of a body, beginning with the translation. */
 function modeEnergies({ omega, shapes }, masses, u, v, to = new Float64Array(masses.length)) {
   const n = masses.length, mean = meanOf(u, masses);
   for (let j = 0; j < n; j++) {

@@ -1,4 +1,4 @@
-// The page at work: its workers, and the clock of the pictures.
+// Run the page: its workers, and the clock of the pictures.
 
 const embedded = window.self !== window.top;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -7,7 +7,7 @@ const state = { scene: null, time: 0, playing: false, chosen: false, id: 0, work
 
 // Computing -------------------------------------------------------------------------------------
 
-/** A worker made of the page's own kernel: it needs no other file. */
+/** Create a worker from the kernel in the page, without another file. */
 function makeWorker() {
   const text = find("kernel").textContent + "\nserve(self);";
   const address = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
@@ -16,7 +16,7 @@ function makeWorker() {
   return worker;
 }
 
-/** Give a worker a task; what it did before is dropped. */
+/** Give a worker a task, and drop its previous task. */
 function start(task, scene) {
   let own = state.workers[task];
   if (own?.busy) {
@@ -53,7 +53,7 @@ function busy() {
   document.body.dataset.state = working ? "working" : "idle";
 }
 
-/** What a worker says. */
+/** Handle a message from a worker. */
 function hear(task, own, data) {
   if (data.kind === "progress") {
     const { time, contacts } = data.progress;
@@ -82,9 +82,9 @@ function hear(task, own, data) {
   busy();
 }
 
-/** Compute a curve, unless the one there is for the same scene at other speeds. */
+/** Compute a curve, unless the present curve belongs to the same scene at another speed. */
 function startCurve() {
-  if (embedded) return null; // there it is not shown
+  if (embedded) return null; // an embedded page does not show the curve
   const { speed, velocity, ...others } = state.scene, key = JSON.stringify(others);
   if (key === state.curveKey) return curvePicture.draw();
   state.curveKey = key;
@@ -95,7 +95,7 @@ function startCurve() {
   return start("curve", others);
 }
 
-/** The form has changed. */
+/** Handle a change of the form. */
 function change({ later = 0 } = {}) {
   arrange();
   clearTimeout(state.waiting);
@@ -108,7 +108,7 @@ function change({ later = 0 } = {}) {
       return;
     }
     const address = addressOf(scene);
-    // At the first look the address stays as it was given.
+    // When the page is opened, the address stays as given.
     if (state.scene || location.hash) history.replaceState(null, "", address);
     state.scene = scene;
     document.body.dataset.answer = state.question ? "asked" : "";
@@ -119,7 +119,7 @@ function change({ later = 0 } = {}) {
   }, later);
 }
 
-/** Say how the program computes a scene; nothing where there is none. */
+/** Show the command with which chaincor computes a scene; empty without a scene. */
 function sayCommand(scene) {
   const drawn = scene && firstStateOf(scene), link = find("first-state");
   find("command").textContent = scene ? commandOf(scene, drawn) : "";
@@ -135,7 +135,7 @@ function sayCommand(scene) {
 
 // What is shown ---------------------------------------------------------------------------------
 
-/** Show a run; its bar comes with the next one. */
+/** Show a run; only the next run gives its error bar. */
 function show(run, done) {
   const scene = state.scene, count = run.contacts.length, last = run.contacts[count - 1][0];
   shown.run = readyRun(run, scene);
@@ -185,7 +185,7 @@ function show(run, done) {
   } else seek(clamp(state.time, times[0], times[times.length - 1]));
 }
 
-/** Say why there is no number, and show none; of a scene that the program may compute, how. */
+/** Show why there is no result, and the command if chaincor can compute the scene. */
 function refuse(message, scene = null) {
   find("refusal").textContent = message;
   find("refusal").hidden = false;
@@ -219,7 +219,7 @@ function seek(time) {
   find("time").setAttribute("aria-valuetext", text);
 }
 
-/** Let time run, or stop it. */
+/** Start or stop the clock. */
 function play(on) {
   state.playing = on;
   find("play").textContent = on ? "Pause" : "Play";

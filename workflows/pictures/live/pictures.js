@@ -1,11 +1,13 @@
-// The motion of one collision: world lines, and the chain itself.
+// Pictures of the motion: world lines, and the chain itself.
 
-/** What the pictures show: the run and all that follows from it, the curve, the moment. */
+/** Data that the pictures show: a run with derived data, and the curve. */
 const shown = { run: null, curve: [], speed: null, linear: false };
 
 const TIME = "time since the first contact (\u221a(m/k))";
 
-/** A picture of the run, which is empty while there is none: its parts are given the run, too. */
+/**
+ * Picture of the run; empty if there is no run. Its parts receive the run as a further argument.
+ */
 class RunPicture extends Picture {
   constructor(id, { paint, overlay, ...margins }) {
     const ofRun = (part) => (axes, moment) => shown.run && part(axes, shown.run, moment);
@@ -13,12 +15,12 @@ class RunPicture extends Picture {
   }
 }
 
-/** A line at the moment shown. */
+/** Draw a line at the moment shown. */
 function cursor(axes, run, moment) {
   axes.line([[moment.time, axes.y0], [moment.time, axes.y1]], "mark", 2);
 }
 
-/** Prepare a run for drawing: places, strains, which bonds are broken in which frame. */
+/** Prepare a run for drawing: positions, strains, and the broken bonds in each frame. */
 function readyRun(run, scene) {
   const { times, displacements: u, velocities: v } = run.film;
   const count = run.masses.length, { first } = run, gap = first - 1, bond = bondOf(scene);
@@ -30,7 +32,7 @@ function readyRun(run, scene) {
     const opening = (i) => (v[at + i + 1] - v[at + i]) * run.speed;
     const now = brokenBonds(bond, gap, run.masses, strainOf, opening, count - 1);
     for (let i = 0; i < count - 1; i++) {
-      // Once broken it is until it comes back to where it pulls more with its length.
+      // A broken bond stays broken until its strain falls below the end of the convex part of U.
       if (before[i] && strainOf(i) > bond.convex) now[i] = 1;
       before[i] = now[i];
       if (i !== gap) scale = Math.max(scale, Math.min(-strainOf(i), 1));
@@ -49,7 +51,9 @@ function readyRun(run, scene) {
            scale: scale || 1e-12, magnification };
 }
 
-/** Colour of a strain: short bonds and long ones to either side of the paper. */
+/**
+ * Return the colours of strains, from compressed through the background colour to stretched bonds.
+ */
 function strainColours() {
   const parse = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16));
   const [paper, short, long] = ["canvas", "short", "long"].map((name) => parse(colour(name)));
@@ -59,7 +63,7 @@ function strainColours() {
   };
 }
 
-/** World lines over the strain of the bonds, which shows the sound. */
+/** World lines, on a background that shows the strain of the bonds and thereby the sound. */
 const worldLines = new RunPicture("world-lines", {
   paint(axes, run) {
     const { times, displacements: u } = run.film, { count, rest } = run;
@@ -84,7 +88,7 @@ const worldLines = new RunPicture("world-lines", {
           rgb = broken ? paint(1) : paint((u[at + i + 1] - u[at + i]) / run.scale);
           last = i;
         }
-        // Hatched where nothing holds.
+        // Broken bonds are hatched.
         if (broken && (column + row) % Math.round(7 * ratio) > 1.2 * ratio) continue;
         const pixel = 4 * (row * columns + column);
         [image.data[pixel], image.data[pixel + 1], image.data[pixel + 2]] = rgb;
@@ -116,7 +120,7 @@ const worldLines = new RunPicture("world-lines", {
   },
 });
 
-/** The chain itself, and how fast each particle goes. */
+/** The chain, and the velocity of each particle. */
 const chainPicture = new RunPicture("chain", {
   bottom: 88,
   paint(axes, run) {
@@ -128,7 +132,8 @@ const chainPicture = new RunPicture("chain", {
       low = Math.min(low, run.rest[0] + m * run.film.displacements[at]);
     }
     axes.span(run.rigid ? 0 : low - 0.5, high + 0.5, -2.2, 2.2);
-    const larger = m > 1.2; // then places on the axis are not positions, and have no numbers
+    // Magnified displacements do not give positions on the axis, which then has no numbers.
+    const larger = m > 1.2;
     find("chain-scale").textContent = larger
       ? `displacements drawn ${Number(m.toPrecision(2))} times as large` : "";
     axes.axes(larger ? "position" : "position (bond lengths)", "velocity / v\u2080",
@@ -150,7 +155,7 @@ const chainPicture = new RunPicture("chain", {
       const [a, b] = [x(i), x(i + 1)], strain = u[at + i + 1] - u[at + i];
       pen.lineWidth = Math.max(2, 0.7 * size);
       if (run.broken[moment.frame][i]) {
-        // Two loose ends.
+        // A broken bond is drawn as two loose ends.
         pen.strokeStyle = colour("mark");
         pen.lineWidth = 2;
         pen.beginPath();
@@ -166,7 +171,7 @@ const chainPicture = new RunPicture("chain", {
       pen.strokeStyle = colour("faint");
       pen.beginPath();
       if (room > 14) {
-        // A spring.
+        // An intact bond is drawn as a spring.
         pen.lineWidth = 1.5;
         pen.strokeStyle = Math.abs(strain / run.scale) < 0.25 ? colour("faint")
           : `rgb(${red} ${green} ${blue})`;

@@ -1,13 +1,15 @@
-// Warm bodies: a state of equilibrium, drawn by the inverse of its distribution function. As in
-// lammps_inputs/bonds/equilibrium.py and thermal_state.py, but with random numbers of its own.
+// Draw thermal states of warm bodies by inverting their distribution functions, as in
+// lammps_inputs/bonds/equilibrium.py and thermal_state.py, but with other random numbers.
 
 const PANELS = 2048;
-const LEAST_DEPTH = 8; // a bond must hold so many times T
-const DENSITY_REACH = 50; // exp(-50) is less than a number drawn can tell
+const LEAST_DEPTH = 8; // the depth of a bond must be at least this many times T
+const DENSITY_REACH = 50; // exp(-50) is below the resolution of the random numbers
 const OVERLAP_RISK = 1e-12;
 const SHARES = 256;
 
-/** Uniform numbers between 0 and 1, neither included: sfc32, of 53 bits. */
+/**
+ * Return a generator of uniform random numbers of 53 bits between 0 and 1, both excluded (sfc32).
+ */
 function uniformNumbers(seed, body) {
   let [a, b, c, d] = [seed >>> 0, Math.floor(seed / 2 ** 32) >>> 0, 0x9e3779b9 ^ body, 1];
   const next = () => {
@@ -22,7 +24,10 @@ function uniformNumbers(seed, body) {
   return () => ((next() >>> 5) * 2 ** 26 + (next() >>> 6) + 0.5) * 2 ** -53;
 }
 
-/** Where a number lies among rising ones: the place of the one before it, but for the last. */
+/**
+ * Return the index of the last element of a rising array that is not larger than a number, but
+ * never the index of the very last element.
+ */
 function panelOf(rising, number) {
   let first = 0, last = rising.length - 1;
   while (last - first > 1) {
@@ -33,7 +38,10 @@ function panelOf(rising, number) {
   return first;
 }
 
-/** The distribution with density exp(-exponent(x)) between two ends: Simpson's rule on panels. */
+/**
+ * Tabulate the distribution with density exp(-exponent(x)) between two ends, by Simpson's rule on
+ * panels.
+ */
 function distribution(exponent, low, high) {
   const width = (high - low) / PANELS, below = new Float64Array(PANELS + 1);
   const density = Float64Array.from({ length: 2 * PANELS + 1 }, (_, k) =>
@@ -43,7 +51,7 @@ function distribution(exponent, low, high) {
       width * (density[2 * k] + 4 * density[2 * k + 1] + density[2 * k + 2]) / 6;
   const whole = below[PANELS];
 
-  /** The x below which a number is with a probability: a cubic within the panel. */
+  /** Return the quantile x for a probability, from a cubic within the panel. */
   const inverse = (probability) => {
     const first = panelOf(below, probability * whole);
     const [p, q, r] = density.slice(2 * first, 2 * first + 3);
@@ -53,7 +61,7 @@ function distribution(exponent, low, high) {
     return low + width * (first + between((t) => inside(t) <= sought, 0, 1));
   };
 
-  /** ln of the mean of exp(slope x), x from the mean. */
+  /** The function logMoment returns the logarithm of the mean of exp(slope (x - mean)). */
   const nodes = Array.from({ length: 257 }, (_, k) => k * PANELS / 128);
   const weights = nodes.map((k) => density[k]), mass = sumOf(weights);
   const places = nodes.map((k) => low + 0.5 * k * width);
@@ -69,7 +77,7 @@ function distribution(exponent, low, high) {
   return { inverse, mean, variance, logMoment };
 }
 
-/** How the strain of a bond is distributed at a temperature. */
+/** Return the distribution of the strain of a bond at a temperature. */
 function bondDistribution(bond, temperature) {
   const pressed = bond.linear ? Infinity : bond.energy(-1);
   const depth = Math.min(pressed, bond.breaking);
@@ -84,7 +92,10 @@ function bondDistribution(bond, temperature) {
   return distribution((s) => bond.energy(s) / temperature, low, high);
 }
 
-/** Part of the mass beyond each bond: what its length adds to the distance of the centre. */
+/**
+ * Return the fraction of the mass beyond each bond. The strain of the bond moves the centre of mass
+ * by this fraction.
+ */
 function sharesOf(masses) {
   const shares = new Float64Array(Math.max(0, masses.length - 1));
   let beyond = 0;
@@ -92,7 +103,10 @@ function sharesOf(masses) {
   return shares.map((share) => share / (beyond + masses[0]));
 }
 
-/** How much farther than on average the centres of mass start, by Chernoff's bound. */
+/**
+ * Return the initial distance between the bodies' centres of mass, beyond its mean in contact, from
+ * Chernoff's bound.
+ */
 function startMargin(bonds, shares) {
   const counts = new Map();
   for (const share of shares) {
@@ -112,7 +126,10 @@ function startMargin(bonds, shares) {
   return least;
 }
 
-/** Strains, and velocities about the centre of mass, of a body from the contact outward. */
+/**
+ * Draw the strains of a body, and the velocities relative to its centre of mass, from the contact
+ * outward.
+ */
 function drawBody(bonds, normal, temperature, masses, seed, body) {
   const uniform = uniformNumbers(seed, body), count = masses.length;
   const velocities = new Float64Array(count), strains = new Float64Array(Math.max(0, count - 1));
@@ -127,7 +144,9 @@ function drawBody(bonds, normal, temperature, masses, seed, body) {
   return { strains, velocities: velocities.map((v) => v - momentum / mass) };
 }
 
-/** Strains and velocities along x of both bodies of a line in equilibrium, the chain coming. */
+/**
+ * Draw strains and velocities along x of both bodies in equilibrium, with the chain approaching.
+ */
 function drawState(line, bond, temperature, seed, speed) {
   const bonds = bondDistribution(bond, temperature);
   const normal = distribution((x) => 0.5 * x * x, -9, 9);

@@ -1,8 +1,8 @@
-// What the page says of a run and of the curve.
+// Texts about a run and about the curve.
 
 const NOT_KNOWN = 0.01;
 
-/** A number and its bar, to the digits that the bar leaves. */
+/** Return a value and its error bar as text, with the digits that the error bar allows. */
 function withBar(value, bar) {
   const digits = Math.min(12, Math.max(1, -Math.floor(Math.log10(bar))));
   const [mantissa, power] = (Math.ceil(bar * 10 ** digits) * 10 ** -digits)
@@ -21,7 +21,7 @@ const ENDINGS = {
     "there was no other, and the page follows the chain no longer. A later one may still change \u03b7.",
 };
 
-/** Describe each picture of a run, for those who do not see it. */
+/** Describe each picture of a run for readers who cannot see it. */
 function describePictures(run, unknown) {
   const { contacts, spectrum } = run, { energies } = run.film;
   const speeds = contacts.map(([, speed]) => speed), after = energies[energies.length - 1];
@@ -42,7 +42,7 @@ function describePictures(run, unknown) {
   for (const [name, text] of Object.entries(words)) find(`${name}-words`).textContent = text;
 }
 
-/** What the finished curve is. */
+/** Return a caption for the finished curve. */
 function curveText() {
   const refused = shown.curve.filter((p) => p.refused).length;
   const open = shown.curve.filter((p) => p.ending === "open").length;
@@ -54,7 +54,7 @@ function curveText() {
   ].filter(Boolean).join(" ");
 }
 
-/** The curve as a table. */
+/** Show the curve as a table. */
 function tabulate() {
   const rows = shown.curve.slice().sort((a, b) => a.speed - b.speed).map((p) => {
     const cells = p.refused ? ["refused", ""] : [p.restitution.toFixed(5), p.ending];
