@@ -36,7 +36,7 @@ _SMALLEST_SPEED = 1e-9
 # contact to the second frame. Their sum may differ by this fraction from the time between the
 # frames.
 _GAP = 0.25
-# Smallest relative precision of the time in a frame, which the default format has.
+# Relative precision of times in the default format. Other formats are more precise.
 _MARGIN = 1e-6
 # Largest difference, in units of v0, between the momentum transferred at the detected contacts and
 # the change of momentum in the dump. If the difference is larger, a contact may be missing.
