@@ -118,10 +118,11 @@ def _solve_with_scheme(
     silent = fine.longest_silence > sound_round_trip(problem.longest_body, problem.slow_stiffness)
     # Measure the rounding sensitivity if it is not known and rounding matters, for example in a
     # long chain that needs smaller steps than usual. Measure it also if the chain broke and was
-    # without a contact for a long time, during which rounding errors are amplified. If the number
-    # of contacts depends on the step, it may also depend on rounding. For unequal masses, two
-    # bodies or warm chains, the sensitivity is known already; if these bodies needed many attempts,
-    # it was measured at too long a step.
+    # without a contact for a long time, during which rounding errors are amplified. Measure it also
+    # if smaller steps no longer help, or if the number of contacts depends on the step, because
+    # this number may then also depend on rounding. For unequal masses, two bodies or warm chains,
+    # the sensitivity is known already; if these bodies needed many attempts, it was measured at too
+    # long a step.
     refined = problem.particles > LONGEST_TRUSTED and len(found.tries) > 1
     matters = sensitivity > 0.0 or refined or rounding_matters("reference", problem, target_error)
     hard = not problem.line.has_equal_masses and len(found.tries) > _USUAL_TRIES
