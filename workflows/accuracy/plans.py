@@ -15,6 +15,8 @@ from chaincor.workflows.engines.rounding import rounding_error
 
 def plans(scenes: Sequence[Scene]) -> list[Plan]:
     """Return the plan of each scene, equal to the result of :func:`plan`."""
+    if len(scenes) == 1:
+        return [plan(scenes[0])]
     foresee_frequency_ratio(each.problem for each in scenes if each.engine == "reference")
     firsts: dict[Hashable, Plan] = {}
     found = []

@@ -79,24 +79,25 @@ def reach(bond: Potential, energy: float, lever: Lever) -> float:
     """
     if lever.particles == 1 or energy <= 0.0:
         return 0.0
-    if energy >= breaking_energy(bond):
+    breaking = breaking_energy(bond)
+    if energy >= breaking:
         return math.inf
-    longest, softest = _extent(bond, _on_ladder(bond, energy))
+    longest, softest = _extent(bond, _on_ladder(bond, energy, breaking))
     total = lever.total
     far = total * longest
     if softest > 0.0:
         far = min(far, math.sqrt(2.0 * energy * lever.squares / softest))
     if longest <= bond.convex_strain:
         mean = energy * lever.largest / total
-        far = min(far, total * _extent(bond, _on_ladder(bond, mean))[0])
+        far = min(far, total * _extent(bond, _on_ladder(bond, mean, breaking))[0])
     return far
 
 
-def _on_ladder(bond: Potential, energy: float) -> float:
-    """Return the next higher energy of the sequence, or `energy` if it would break the bond."""
+def _on_ladder(bond: Potential, energy: float, breaking: float) -> float:
+    """Return the next higher energy of the sequence, or `energy` if that would be `breaking`."""
     rung = math.ceil(math.log(energy / bond.stiffness) / ENERGY_LADDER)
     higher = bond.stiffness * math.exp(rung * ENERGY_LADDER)
-    return higher if higher < breaking_energy(bond) else energy
+    return higher if higher < breaking else energy
 
 
 @lru_cache(maxsize=8192)

@@ -97,8 +97,8 @@ class Body(NamedTuple):
         chain = _Chain(self, bond)
         cuts = np.empty(0, dtype=np.int64)
         if math.isfinite(bond.dissociation):
-            cuts = np.flatnonzero(self.strains > bond.convex_strain)
-        while len(bound := chain.bound_cuts(cuts)):
+            (cuts,) = (self.strains > bond.convex_strain).nonzero()
+        while len(cuts) and len(bound := chain.bound_cuts(cuts)):
             # Join the most firmly bound fragments first; the remaining fragments may then move
             # apart.
             apart = np.ones(len(cuts), bool)
@@ -110,18 +110,26 @@ class Body(NamedTuple):
 
 
 class _Chain:
-    """State of a body, with the quantities needed for every way to cut it."""
+    """
+    State of a body, with the quantities needed for every way to cut it.
+
+    For masses of 1, products with masses are left out; they would not change a digit. The search
+    for the end of a short chain takes most of its time here.
+    """
 
     def __init__(self, body: Body, bond: Potential) -> None:
         first, strains, velocities, masses = body
         self.unit = masses is None
         self.masses = np.ones(len(velocities)) if masses is None else masses
-        self.displacements = np.cumsum(np.concatenate(([first], strains)))
+        places, energies = np.empty((2, len(velocities)))
+        places[0], places[1:], energies[-1] = first, strains, 0.0
+        self.displacements = places.cumsum()
         self.strains, self.velocities, self.bond = strains, velocities, bond
-        self.momenta = self.masses * velocities
+        self.momenta = velocities if self.unit else self.masses * velocities
         self.patience = VIBRATIONS * len(velocities)
         with np.errstate(over="ignore"):  # an exploded motion is detected by its energy
-            self.bond_energies = np.append(bond.energy(strains), 0.0)
+            energies[:-1] = bond.energy(strains)
+        self.bond_energies = energies
 
     def bound_cuts(self, cuts: NDArray[np.int64]) -> NDArray[np.int64]:
         """
@@ -131,36 +139,36 @@ class _Chain:
         to break the bond. The proof that fragments stay apart needs three times the breaking
         energy.
         """
-        if len(cuts) == 0:
-            return cuts
-        weights, speeds = self._divide(np.concatenate(([0], cuts + 1)))
+        weights, speeds = self._divide(*self._parts(cuts))
         opening, shares = speeds[1:] - speeds[:-1], 1.0 / weights
         excess = 0.5 / (shares[:-1] + shares[1:]) * opening * np.abs(opening)
         excess += self.bond_energies[cuts] - self.bond.dissociation
         excess = np.where(opening > 0.0, excess, np.minimum(excess, -np.abs(opening)))
-        bound = np.flatnonzero(excess <= 0.0)
-        return bound[np.argsort(excess[bound])]
+        (bound,) = (excess <= 0.0).nonzero()
+        return bound[excess[bound].argsort()]
 
     def cut_at(self, cuts: NDArray[np.int64]) -> Fragments:
         """Return the fragments of the chain with the given cuts."""
         bond = self.bond
-        starts = np.concatenate(([0], cuts + 1))
-        sizes = np.diff(starts, append=len(self.velocities))
-        weights, speeds = self._divide(starts)
-        means = np.add.reduceat(self.masses * self.displacements, starts) / weights
-        inner = self.bond_energies.copy()
-        inner[cuts] = 0.0
+        starts, sizes = self._parts(cuts)
+        weights, speeds = self._divide(starts, sizes)
+        moved = self.displacements if self.unit else self.masses * self.displacements
+        means = np.add.reduceat(moved, starts) / weights
+        inner, each = self.bond_energies, speeds
+        if len(cuts):
+            inner, each = inner.copy(), speeds.repeat(sizes)
+            inner[cuts] = 0.0
         with np.errstate(over="ignore"):
-            motion = 0.5 * self.masses * (self.velocities - np.repeat(speeds, sizes)) ** 2
+            halves = 0.5 if self.unit else 0.5 * self.masses
+            motion = halves * (self.velocities - each) ** 2
             energies = _ENERGY_RESERVE * np.add.reduceat(motion + inner, starts)
         if self.unit:
             levers = [_unit_levers(size) for size in sizes.tolist()]
         else:
             levers = levers_of(self.masses, starts, sizes)
-        pieces = Fragments(cuts, sizes, self.masses, weights, speeds, energies, means, levers)
         if len(cuts) == 0:
-            return pieces
-        opening = np.diff(speeds)
+            return Fragments(cuts, sizes, self.masses, weights, speeds, energies, means, levers)
+        opening = speeds[1:] - speeds[:-1]
         gaps, growths = self._gaps(cuts, levers, means, speeds[:-1], speeds[1:], energies)
         kept = _LEFT * growths
         apart = (gaps >= bond.convex_strain) & (kept > 0.0)
@@ -179,15 +187,24 @@ class _Chain:
         # At cuts without a proof, compute the pull from the present strains and velocities.
         present = self._pull(self.strains[cuts], _LEFT * opening, opening > 0.0)
         worse = self._worsened(energies, np.where(apart, pulls, present), levers)
-        return replace(pieces, energies=worse, apart=apart)
+        return Fragments(cuts, sizes, self.masses, weights, speeds, worse, means, levers, apart)
 
-    def _divide(self, starts: NDArray[np.int64]) -> tuple[Array, Array]:
-        """Return the masses and mean velocities of the fragments that begin at `starts`."""
-        weights = np.add.reduceat(self.masses, starts)
+    def _parts(self, cuts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the index of the first particle, and the size, of each fragment."""
+        ends = np.empty(len(cuts) + 2, dtype=np.int64)
+        ends[0], ends[1:-1], ends[-1] = 0, cuts, len(self.velocities)
+        ends[1:-1] += 1
+        return ends[:-1], ends[1:] - ends[:-1]
+
+    def _divide(self, starts: NDArray[np.int64], sizes: NDArray[np.int64]) -> tuple[Array, Array]:
+        """Return the masses and mean velocities of fragments."""
+        weights = sizes.astype(float) if self.unit else np.add.reduceat(self.masses, starts)
         return weights, np.add.reduceat(self.momenta, starts) / weights
 
     def return_risk(self, pieces: Fragments) -> float:
         """Return the probability that ejections at the cuts send the first fragment to the wall."""
+        if pieces.apart.all():
+            return 0.0
         speeds, energies, levers = pieces.speeds, pieces.energies, pieces.levers
         disturbed = 0.0
         for k in range(len(pieces.cuts) - 1, -1, -1):
@@ -228,10 +245,11 @@ class _Chain:
         energies: Array,
     ) -> tuple[Array, Array]:
         """Return lower bounds on the strains of the cut bonds and on their rates of growth."""
-        far = zip(energies[:-1], levers[:-1], strict=True)
-        near = zip(energies[1:], levers[1:], strict=True)
-        last = np.array([self._end(float(energy), lever[1]) for energy, lever in far])
-        first = np.array([self._end(float(energy), lever[0]) for energy, lever in near])
+        known = energies.tolist()
+        far = zip(known[:-1], levers[:-1], strict=True)
+        near = zip(known[1:], levers[1:], strict=True)
+        last = np.array([self._end(energy, lever[1]) for energy, lever in far])
+        first = np.array([self._end(energy, lever[0]) for energy, lever in near])
         # If an end particle is already displaced beyond the computed limit, use its displacement.
         back = np.maximum(last[:, 0], self.displacements[cuts] - means[:-1])
         front = np.maximum(first[:, 0], means[1:] - self.displacements[cuts + 1])
@@ -240,10 +258,11 @@ class _Chain:
 
     def _end(self, energy: float, lever: Lever) -> tuple[float, float]:
         """Return a limit of an end particle's displacement, and its largest speed beyond it."""
-        bond = self.bond
-        if energy < PAID * bond.dissociation or lever.particles == 1:
+        bond, paid = self.bond, PAID * self.bond.dissociation
+        if lever.particles == 1:
+            return 0.0, 0.0
+        if energy < paid:
             return reach(bond, energy, lever), 0.0
-        paid = PAID * bond.dissociation
         rest = 2.0 * (energy - paid) * lever.rest / lever.whole / lever.mass
         return reach(bond, paid, lever), math.sqrt(rest)
 
@@ -253,12 +272,13 @@ class _Chain:
         gaps, growths = np.where(where, gaps, 1.0), np.where(where, growths, 1.0)
         return np.where(where, (bond.dissociation - bond.energy(gaps)) / growths, 0.0)
 
-    @staticmethod
-    def _worsened(energies: Array, pulls: Array, levers: list[tuple[Lever, Lever]]) -> Array:
+    def _worsened(self, energies: Array, pulls: Array, levers: list[tuple[Lever, Lever]]) -> Array:
         """Return bounds on the internal energies after the pulls at both ends."""
-        first, last = (np.array([lever[end].mass for lever in levers]) ** -0.5 for end in (0, 1))
-        sides = np.append(0.0, pulls) * first + np.append(pulls, 0.0) * last
-        return 0.5 * (np.sqrt(2.0 * energies) + sides) ** 2
+        sides = np.zeros((2, len(energies)))
+        sides[0, 1:] = sides[1, :-1] = pulls
+        if not self.unit:
+            sides *= np.array([[lever[end].mass for lever in levers] for end in (0, 1)]) ** -0.5
+        return 0.5 * (np.sqrt(2.0 * energies) + (sides[0] + sides[1])) ** 2
 
 
 def levers_of(
