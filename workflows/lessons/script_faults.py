@@ -21,6 +21,7 @@ _WITHOUT_BONDS = ("atomic", "charge", "sphere", "ellipsoid")
 _THERMOSTATS = ("nvt", "npt", "langevin", "nph")
 # A comma or semicolon at the end of a word.
 _SEPARATED = re.compile("[,;](?= |$)")
+_DECIMAL_COMMA = re.compile(r"(?<![\w.,])\d+,\d+(?![\w.,])")
 _QUOTED = re.compile("\"[^\"]*\"|'[^']*'")
 # These walls push with a force that acts at a distance.
 _SOFT_WALLS = ("harmonic", "lj93", "lj126", "lj1043", "colloid", "morse", "table", "region")
@@ -71,6 +72,8 @@ def _springs(script: StudentScript) -> Iterator[str]:
     if style is None:
         yield script.missing("bond_style", "bonds have no force; write `bond_style harmonic`")
         return
+    yield from _too_early(script, "bond_style", "atom_style", "which gives the atoms bonds")
+    yield from _too_early(script, "bond_coeff", "read_data", "which makes the box")
     if style[1:2] == ["hybrid"]:
         return
     if style[1:2] != ["harmonic"]:
@@ -83,11 +86,15 @@ def _springs(script: StudentScript) -> Iterator[str]:
         return
     if any(map(is_formula, spring)):
         return
+    if not spring[1].isdecimal() and "*" not in spring[1]:
+        yield f"`{' '.join(spring)}`: the first number is the type of the bonds, then come K and R0"
+        return
     if script.place("bond_coeff") < script.place("bond_style"):
         yield "`bond_style` must stand before `bond_coeff`, whose numbers depend on the style"
     numbers = [number_in(word) for word in spring[2:]]
     if len(numbers) != 2 or None in numbers:
-        yield f"`{' '.join(spring)}`: give a type and two numbers, `bond_coeff 1 K R0`"
+        fraction = ", and no fraction" if any("/" in word for word in spring) else ""
+        yield f"`{' '.join(spring)}`: give a type and two numbers{fraction}, `bond_coeff 1 K R0`"
         return
     k, length = (float(word) for word in spring[2:4])
     if (k, length) == (1.0, 0.5):
@@ -107,6 +114,8 @@ def _springs(script: StudentScript) -> Iterator[str]:
 def _motion_and_wall(script: StudentScript) -> Iterator[str]:
     for fix in (f for style in _THERMOSTATS for f in script.fixes(style)):
         yield f"`fix {fix[1]} {fix[2]} {fix[3]}` exchanges energy with a heat bath: write `nve`"
+    yield from _too_early(script, "fix", "read_data", "which makes the atoms")
+    yield from _too_early(script, "velocity", "read_data", "which makes the atoms")
     yield from _motion(script)
     removed = {command[1] for command in script.named("unfix") if len(command) > 1}
     names = [c[1] for c in script.named("fix") if len(c) > 3 and c[1] not in removed]
@@ -116,7 +125,10 @@ def _motion_and_wall(script: StudentScript) -> Iterator[str]:
     for wall in unnamed:
         right = "`fix NAME all wall/reflect xlo 0.0`"
         yield f"`{' '.join(wall)}` lacks its name or its group: write {right}"
-    if not walls and not unnamed:
+    apart = [c for c in script.named("fix") if "reflect" in c]
+    if apart and not walls:
+        yield f"`{' '.join(apart[0])}`: write `wall/reflect` as one word"
+    elif not walls and not unnamed:
         yield "no wall: add `fix NAME all wall/reflect xlo 0.0`"
     # The wall at xlo is checked if there is one, because another wall may lie behind the chain.
     for wall in [wall for wall in walls if "xlo" in wall] or walls:
@@ -180,6 +192,9 @@ def _output_and_run(script: StudentScript) -> Iterator[str]:
     for name in ("timestep", "thermo") if script.named("run") else ():
         if script.last_place("run") < script.place(name) < len(script.commands):
             yield f"`{name}` must stand before `run`"
+    every = script.last("thermo") or []
+    if len(every) == 2 and "." in every[1] and not is_formula(every[1]):
+        yield f"`thermo {every[1]}`: give a whole number of steps; `timestep` is the time of a step"
     prints = [k for k, c in enumerate(script.commands) if _prints_restitution(c)]
     if prints and prints[-1] < script.last_place("run"):
         yield "`print` stands before `run`, so it prints the restitution before the collision"
@@ -188,6 +203,12 @@ def _output_and_run(script: StudentScript) -> Iterator[str]:
             "nothing prints the result: after `run`, write `variable restitution equal "
             '(vcm(all,x)/0.1)^2` and `print "restitution = $(v_restitution)"`'
         )
+
+
+def _too_early(script: StudentScript, late: str, early: str, reason: str) -> Iterator[str]:
+    """Yield a fault if the first command `late` stands before the command `early`."""
+    if script.place(late) < script.place(early) < len(script.commands):
+        yield f"`{late}` must stand after `{early}`, {reason}"
 
 
 def _prints_restitution(command: StudentCommand) -> bool:
@@ -222,14 +243,11 @@ def faults_by_part(script: StudentScript) -> dict[str, tuple[str, ...]]:
 def _faults_of_part(script: StudentScript, part: str) -> tuple[str, ...]:
     begun = COMMANDS_OF_PARTS[part]
     formulas = ("variable",) if "print" in begun else ()
-    separated = tuple(
-        fault
-        for command in script.commands
-        if command[0].rstrip(",;") in (*begun, *formulas)
-        for fault in _separators(command)
+    notation = tuple(
+        fault for command in script.commands for fault in _notation(command, (*begun, *formulas))
     )
-    if separated:
-        return separated
+    if notation:
+        return notation
     if not any(script.named(name) or script.misspelt(name) for name in begun):
         return ("nothing yet",)
     unreplaced = tuple(
@@ -242,12 +260,30 @@ def _faults_of_part(script: StudentScript, part: str) -> tuple[str, ...]:
     return unreplaced or tuple(_PARTS[part](script))
 
 
+def _notation(command: StudentCommand, names: tuple[str, ...]) -> Iterator[str]:
+    """Yield faults in the notation of a command, if it is one of these names."""
+    first, *others = command
+    shown = " ".join(command)
+    if others and others[0] in names and re.fullmatch(r"\$|[1-5][.)]?", first):
+        yield f"`{shown}`: delete `{first}` at the beginning of the line"
+    elif first not in names and first.lower() in names:
+        yield f"`{first}` is no command of LAMMPS: write `{first.lower()}`"
+    elif "=" in first and first.partition("=")[0] in names:
+        yield f"`{shown}`: write a space in place of `=`"
+    elif first.rstrip(",;") in names:
+        yield from _separators(command)
+
+
 def _separators(command: StudentCommand) -> Iterator[str]:
     """Yield a fault if a comma or semicolon stands between the words of a command or at its end."""
     text = " ".join(command)
     bare = _QUOTED.sub("''", text)
     found = _SEPARATED.search(bare)
-    if found is None:
+    if decimal := _DECIMAL_COMMA.search(bare):
+        yield f"`{text}`: write a decimal point, {decimal[0].replace(',', '.')}"
+        return
+    # The formula of a variable may contain a comma and spaces.
+    if found is None or (command[0] == "variable" and found.end() < len(bare)):
         return
     sign = "comma" if found[0] == "," else "semicolon"
     known = {name for names in COMMANDS_OF_PARTS.values() for name in names}

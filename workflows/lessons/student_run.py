@@ -1,5 +1,6 @@
 """Run a student's script for `check-script` with LAMMPS, and find faults in the motion."""
 
+import math
 import re
 import subprocess
 import tempfile
@@ -47,6 +48,7 @@ _MEANINGS = {
     "Invalid syntax in variable formula": "write a power as `^`, and nothing after the formula",
     "Invalid thermo keyword": "write a variable in `$(...)` or in a formula as `v_NAME`",
     "Expected integer": "write a whole number; `run` takes the time divided by the time step",
+    "Substitution for illegal variable": "write the value of a variable as `$(v_NAME)`",
     "Illegal timestep command": "write `timestep NUMBER`, without `=`",
 }
 
@@ -164,14 +166,17 @@ def _faults_of_motion(run: StudentRun, first: Array, last: Array, data: str) -> 
         return
     eta = (after / before) ** 2
     drift = _energy(last) / _energy(first) - 1.0
-    too_long = "the step is too long. Steps above 2/omega_max are unstable, and the wall needs far "
-    too_long += "shorter steps, such as 0.01"
-    other = "the step is short enough, so look for another force or fix, or for a missing bond"
-    cause = too_long if run.timestep > _SHORT_STEP else other
+    longest = 1.0 / math.sin(0.5 * math.pi * (1.0 - 1.0 / len(first)))
+    if run.timestep > longest:
+        cause = f"the step is too long: steps above 2/omega_max = {longest:.5g} are unstable"
+    elif run.timestep > _SHORT_STEP:
+        cause = "LAMMPS's wall needs a far shorter step, such as 0.01"
+    else:
+        cause = "the step is short enough, so look for another force or fix, or for a missing bond"
     if abs(drift) > _DRIFT:
         yield f"the total energy changes by {100.0 * drift:.2g} %: {cause}"
     elif abs(eta - chain.restitution) > _WALL_ERROR:
-        yield f"the restitution is {eta:.4g}; the wall alone cannot explain this error: {cause}"
+        yield f"the restitution is {eta:.4g} instead of {chain.restitution:.4g}: {cause}"
     else:
         yield from _faults_of_print(_RESTITUTION.findall(run.printed), eta)
 

@@ -43,7 +43,8 @@ class StudentScript:
         for line in commands_of(text):
             words = _VARIABLE.sub(lambda m: values.get(m[1] or m[2], m[0]), line).split()
             named = words[0] == "variable" and words[2:3] in (["index"], ["string"])
-            if named or (words[2:3] == ["equal"] and number_in(words[-1]) is not None):
+            formula = " ".join(words[3:])
+            if named or (words[2:3] == ["equal"] and number_in(formula) is not None):
                 values[words[1]] = " ".join(words[3:4])
             commands.append(words)
         return cls(commands, folder)
@@ -94,7 +95,7 @@ class StudentScript:
     def misspelt(self, name: str) -> str | None:
         """Return a misspelt form of a missing command, such as `boundry`, or None."""
         known = {command for commands in COMMANDS_OF_PARTS.values() for command in commands}
-        names = {c[0].lower(): c[0] for c in self.commands if c[0] not in known}
+        names = {c[0].lower().partition("=")[0]: c[0] for c in self.commands if c[0] not in known}
         near = difflib.get_close_matches(name, names, 1, _SIMILAR)
         return names[near[0]] if near and not self.named(name) else None
 

@@ -137,6 +137,17 @@ FAULTS = [
     ("f f f", "f, f, f", 0, "by spaces only, so delete each comma"),
     ("/0.1)^2", "/0.1)^2,", 4, "(vcm(all,x)/0.1)^2,` ends with a comma"),
     ('_restitution)"', '_restitution)",', 4, "ends with a comma"),
+    # Decimal commas, fractions and other notations.
+    ("timestep        0.01", "timestep 0,01", 4, "write a decimal point, 0.01"),
+    ("/0.1)", "/0,1)", 4, "write a decimal point, 0.1"),
+    ("1 0.5 1.0", "1 0,5 1", 2, "write a decimal point, 0.5"),
+    ("1 0.5 1.0", "1 1/2 1", 2, "give a type and two numbers, and no fraction"),
+    ("1 0.5 1.0", "0.5 1 1", 2, "the first number is the type of the bonds"),
+    ("timestep        0.01", "timestep=0.01", 4, "`timestep=0.01`: write a space in place of `=`"),
+    ("fix             move", "Fix move", 3, "`Fix` is no command of LAMMPS: write `fix`"),
+    ("units  ", "1 units  ", 0, "delete `1` at the beginning of the line"),
+    ("wall/reflect", "wall reflect", 3, "write `wall/reflect` as one word"),
+    ("thermo          100", "thermo 0.01", 4, "give a whole number of steps"),
     ("all nve\nfix             stop", "all nve, fix stop", 3, "write each command on its own line"),
 ]
 
@@ -165,6 +176,11 @@ def test_what_comes_too_late_is_said(report_on):
     coeff = "bond_coeff      1 0.5 1.0\n"
     early = SCRIPT.replace(coeff, "").replace("bond_style ", coeff + "bond_style ")
     assert "`bond_style` must stand before" in said(report_on(early))[PARTS[2]]
+    assert "`bond_coeff` must stand after `read_data`" in said(report_on(early))[PARTS[2]]
+    assert "`fix` must stand after `read_data`" in said(report_on(move + SCRIPT))[PARTS[3]]
+    style = "bond_style      harmonic\n"
+    early = style + SCRIPT.replace(style, "")
+    assert "`bond_style` must stand after `atom_style`" in said(report_on(early))[PARTS[2]]
     assert "`print` stands before `run`" in said(report_on(SCRIPT.replace(run, "") + run))[PARTS[4]]
 
 
@@ -172,6 +188,7 @@ def test_what_comes_too_late_is_said(report_on):
 RUNS = [
     ("run             2500", "run 500", "too short: it ends at t = 5"),
     ("timestep        0.01", "timestep 1.02", "the step is too long"),
+    ("$(v_restitution)", "$restitution", "the value of a variable as `$(v_NAME)`"),
     ("timestep        0.01", "timestep 1.5", 'stopped with "Bond atoms 1 2 missing'),
     ("$(v_restitution)", "$(restitution)", "as `v_NAME`"),
     ("/0.1)^2", "/0.1)**2", "write a power as `^`"),
@@ -181,7 +198,7 @@ RUNS = [
     ("(vcm(all,x)/0.1)^2", "0.5", "prints 0.5, but its velocities give 0.9"),
     ("thermo          100", "thermos 100\nthermo 100", "stopped at `thermos 100`"),
     ("set -0.1", "set 0.0", "at rest before the first step"),
-    ("0.01", "0.03", "the restitution is 0.8592; the wall alone cannot explain"),
+    ("0.01", "0.03", "is 0.8592 instead of 0.9071: LAMMPS's wall needs a far shorter step"),
     ("thermo ", "fix drag all viscous 0.1\nthermo ", "look for another force or fix"),
     ("$(v_restitution)", "v_restitution", "`restitution = v_restitution` is printed as text"),
     ('"restitution = $(v_restitution)"', "restitution = 1", "write the text of `print` in quotes"),
@@ -240,6 +257,7 @@ OTHER = [
     ("run             2500", "run 1000\nrun 1500"),
     ("run             2500", "run $(25/0.01)"),
     ("$(v_restitution)", "${restitution}"),
+    ("(vcm(all,x)/0.1)^2", "(vcm(all, x) / 0.1) ^ 2"),
     ("wall/reflect xlo", "wall/reflect &\n    xlo"),
     ("\n", "\r\n"),
 ]
