@@ -19,7 +19,7 @@ from chaincor.analysis.dumps.yaml_text import YAML_START
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_texts import path_given
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
+from chaincor.lammps_inputs.schemes import COMPOSITIONS
 from chaincor.lammps_inputs.small_file import refuse_device
 from chaincor.lammps_inputs.units.unit_system import UNITS_FILE, UnitSystem
 
@@ -109,7 +109,7 @@ class Job:
         if self.commands.stock_wall:
             return 0
         scene = self.loaded_scene
-        return None if scene is None else SCHEME_ORDERS[scene.scheme or "verlet"]
+        return None if scene is None else COMPOSITIONS[scene.scheme or "verlet"].order
 
     @property
     def step(self) -> float | None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle, Wall
-from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS, Scheme, StepSchemeName
+from chaincor.lammps_inputs.schemes import COMPOSITIONS, Scheme, StepSchemeName
 
 DEFAULT_REFLECT_TIMESTEP = 0.005
 
@@ -15,11 +15,10 @@ class Numerics:
 
     #: Wall model: ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
     wall: Wall = "event"
-    #: Scheme: ``verlet``, ``order4``, ``order6`` or ``order8``. With the event wall,
-    #: ``extrapolated12`` to ``extrapolated16`` are also possible, and in the reference engine
-    #: ``srkn14``; see ``chaincor.workflows.engines.schemes``.
+    #: Scheme of ``chaincor.lammps_inputs.schemes``. LAMMPS can take compositions and, with the
+    #: event wall, extrapolated steps; its scripts and the stock wall take only compositions.
     scheme: StepSchemeName = "order6"
-    timestep: float = DEFAULT_TIMESTEPS["order6"]  #: Time step H of the scheme.
+    timestep: float = COMPOSITIONS["order6"].usual_step  #: Time step H of the scheme.
     table: TableStyle = "spline"  #: Interpolation of the bond table: ``linear`` or ``spline``.
     #: Rows of the bond table; None if they are chosen for the target error.
     table_points: int | None = None
@@ -35,7 +34,7 @@ class Numerics:
         wall = scene.wall or "event"
         single = wall == "reflect" or scene.bond.only_pushes
         scheme: Scheme = scene.scheme or ("verlet" if single else "order6")
-        usual = DEFAULT_REFLECT_TIMESTEP if wall == "reflect" else DEFAULT_TIMESTEPS[scheme]
+        usual = DEFAULT_REFLECT_TIMESTEP if wall == "reflect" else COMPOSITIONS[scheme].usual_step
         return cls(
             wall=wall,
             scheme=scheme,

@@ -6,7 +6,7 @@ from typing import Any
 from chaincor.analysis.error_bar import ErrorBar
 from chaincor.analysis.observed.observable import TextRow, observable
 from chaincor.analysis.showing import lines
-from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
+from chaincor.lammps_inputs.schemes import COMPOSITIONS
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -53,8 +53,8 @@ class Making:
         run=lambda r: r.outcome.wall,
     )
     scheme: str = observable(
-        f"integration scheme: {', '.join(SCHEME_ORDERS)}; or, if chosen for a tolerance, modal "
-        "(exact, for harmonic bonds), srkn14 (order 6, 14 kicks), extrapolated12 to extrapolated16 "
+        f"integration scheme: {', '.join(COMPOSITIONS)}; or, if chosen for a tolerance, modal "
+        "(exact, for harmonic bonds), srkn14 (order 6, 14 kicks), extrapolated12 or extrapolated14 "
         "(extrapolated Verlet steps), adaptive8 (for stiff bonds), hard-sphere (limit of high "
         "speed)",
         shared=True,

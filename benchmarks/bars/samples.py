@@ -10,7 +10,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.schemes import StepSchemeName
+from chaincor.lammps_inputs.schemes import COMPOSITIONS, StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import PROOF_STEPS, differences, table_error
 from chaincor.workflows.accuracy.by_reference import (
     converge,
@@ -22,7 +22,6 @@ from chaincor.workflows.accuracy.reference_runs import (
     run_reference,
 )
 from chaincor.workflows.accuracy.step_guess import frequency_ratio, guess_step, largest_step
-from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.reference import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.rounding import SHORT_DRIFT, rounding_error, rounding_of

@@ -5,11 +5,10 @@ import numpy as np
 from benchmarks.bars.samples import Random, Samples, draw_scene, find_reference
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
+from chaincor.lammps_inputs.schemes import COMPOSITIONS, SCHEMES, StepSchemeName
 from chaincor.workflows.accuracy.pilot_run import pilot_from_run
 from chaincor.workflows.accuracy.reference_runs import run_reference
-from chaincor.workflows.accuracy.step_guess import USUAL_STEPS, frequency_ratio
-from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import RunError
 
@@ -18,7 +17,7 @@ _PHASES = tuple(np.linspace(0.97, 1.0, 8).tolist())
 
 
 def _error(scene: Scene, scheme: StepSchemeName, reference_value: float) -> float:
-    step = USUAL_STEPS[scheme] / frequency_ratio(scene.problem)
+    step = SCHEMES[scheme].usual_step / frequency_ratio(scene.problem)
     return abs(run_reference(scene.problem, scheme, step).eta - reference_value)
 
 
@@ -27,33 +26,25 @@ def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
     reference_value = find_reference(scene)
     bonds = pilot_from_run(reference_value).table_range()
     worst = {}
-    for scheme in COMPOSITIONS.values():
-        steps = [
-            share * USUAL_STEPS[scheme.name] / frequency_ratio(scene.problem) for share in shares
-        ]
-        numerics = Numerics(scheme=scheme.name, timestep=steps[0], bond_range=bonds)
+    for name, facts in COMPOSITIONS.items():
+        steps = [share * facts.usual_step / frequency_ratio(scene.problem) for share in shares]
+        numerics = Numerics(scheme=name, timestep=steps[0], bond_range=bonds)
         runs = lammps.run_at_steps(scene.problem, numerics, steps)
-        worst[str(scheme.name)] = max(abs(run.eta - reference_value.restitution) for run in runs)
+        worst[str(name)] = max(abs(run.eta - reference_value.restitution) for run in runs)
     return worst
 
 
 def usual_error(random: Random, count: int) -> Samples:
     """Error of the reference engine at the usual step of a scheme, for 50 to 200 particles."""
-    schemes: tuple[StepSchemeName, ...] = (
-        *SCHEME_ORDERS,
-        "extrapolated14",
-        "extrapolated12",
-        "srkn14",
-    )
-    found: Samples = {scheme: [] for scheme in schemes}
+    found: Samples = {scheme: [] for scheme in SCHEMES}
     while len(found["verlet"]) < count:
         scene = draw_scene(random).replace(particles=int(random.integers(50, 200)))
         try:
             reference_value = find_reference(scene).restitution
-            errors = [_error(scene, scheme, reference_value) for scheme in schemes]
+            errors = [_error(scene, scheme, reference_value) for scheme in SCHEMES]
         except RunError:
             continue
-        for scheme, error in zip(schemes, errors, strict=True):
+        for scheme, error in zip(SCHEMES, errors, strict=True):
             found[scheme].append(error)
     return found
 

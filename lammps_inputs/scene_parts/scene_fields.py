@@ -1,5 +1,6 @@
 """Keys of a scene, with type, default, description and group, and the keys that they exclude."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
@@ -11,12 +12,23 @@ from chaincor.lammps_inputs.bonds.potentials import BondKeys
 from chaincor.lammps_inputs.contacts.contact_keys import ContactKeys
 from chaincor.lammps_inputs.number_types import IsCount, IsNumber, PositiveNumber, at_least
 from chaincor.lammps_inputs.scene_parts.given_masses import read_masses
-from chaincor.lammps_inputs.schemes import Scheme
+from chaincor.lammps_inputs.schemes import COMPOSITIONS, Scheme
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED
 
 Engine = Literal["lammps", "reference"]
 Wall = Literal["event", "reflect"]
 TableStyle = Literal["linear", "spline"]
+
+
+def _listed(values: Iterable[object]) -> str:
+    *first, last = map(str, values)
+    return f"{', '.join(first)} or {last}"
+
+
+_COMPOSED = [scheme for scheme in COMPOSITIONS.values() if scheme.half]
+_ORDERS = _listed(scheme.order for scheme in _COMPOSED)
+_STAGES = _listed(len(scheme.weights) for scheme in _COMPOSED)
+_STEPS = _listed(scheme.usual_step for scheme in COMPOSITIONS.values())
 
 
 def _frames(value: Any) -> Any:
@@ -153,15 +165,15 @@ class NumericsKeys(BaseModel):
     )
     scheme: Scheme | None = Field(
         default=None,
-        description="integration method: Verlet steps, or steps of order 4, 6 or 8, which are "
-        "composed of 5, 9 or 17 Verlet steps [default: chosen for the tolerance; if you give "
+        description=f"integration method: Verlet steps, or steps of order {_ORDERS}, which are "
+        f"composed of {_STAGES} Verlet steps [default: chosen for the tolerance; if you give "
         "timestep, table or wall: order6, or verlet with wall reflect]",
     )
     timestep: PositiveNumber | None = Field(
         default=None,
         description="time step H; for a composed scheme, the length of the whole step [default: "
-        "chosen for the tolerance; if you give scheme, table or wall: 0.0125, 0.05, 0.1 or 0.2 "
-        "for the four schemes, or 0.005 with wall reflect]",
+        f"chosen for the tolerance; if you give scheme, table or wall: {_STEPS} "
+        f"for {', '.join(COMPOSITIONS)}, or 0.005 with wall reflect]",
     )
     table: TableStyle | None = Field(
         default=None,

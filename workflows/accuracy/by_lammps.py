@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
 from chaincor.lammps_inputs.run_files import NO_FILES, RunFiles
 from chaincor.lammps_inputs.scene_parts.scene_fields import TableStyle
-from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
+from chaincor.lammps_inputs.schemes import COMPOSITIONS, StepSchemeName
 from chaincor.workflows.accuracy.bounded_run import (
     TABLE_SENSITIVITY,
     BoundedRun,
@@ -41,7 +41,6 @@ from chaincor.workflows.accuracy.step_guess import (
     largest_step,
 )
 from chaincor.workflows.accuracy.step_proof import share_of_difference
-from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import (
@@ -70,7 +69,7 @@ REFERENCE_SHARE = 0.03
 # These schemes may be chosen for a tolerance, because their errors have been measured.
 # SCRIPTED_SCHEMES work in scripts, LAMMPS_SCHEMES in runs that Python controls.
 SCRIPTED_SCHEMES: tuple[StepSchemeName, ...] = tuple(
-    name for name in SCHEME_ORDERS if name in measured("usual_error")
+    name for name in COMPOSITIONS if name in measured("usual_error")
 )
 LAMMPS_SCHEMES: tuple[StepSchemeName, ...] = (*SCRIPTED_SCHEMES, "extrapolated12")
 _ALWAYS: StepSchemeName = "order8"

@@ -2,40 +2,22 @@
 
 import math
 from collections.abc import Iterable
-from functools import cache
 
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.problem import Problem
-from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS, StepSchemeName
-from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.lammps_inputs.schemes import SCHEMES, StepSchemeName
 from chaincor.workflows.measured import measured
 
 # A step is chosen such that its error is this fraction of the target error, because the error bar
 # has other parts. The fraction affects only the cost.
 STEP_SHARE = 0.5
-# A stage of weight w is stable if 2 |w| H < 2 for the fastest mode. This factor keeps steps a tenth
-# below the limit.
-_STABILITY_SHARE = 0.9
-# Usual step of each scheme: DEFAULT_TIMESTEPS, and steps for schemes without a default.
-# `_USUAL_ERROR` is the error of eta at these steps, for chains of about 100 particles. A bond that
-# is compressed to a curvature k needs steps that are shorter by sqrt(k). Only the first guess
-# depends on these values.
-USUAL_STEPS: dict[str, float] = {
-    **DEFAULT_TIMESTEPS,
-    "srkn14": 1.0,
-    "extrapolated12": 0.6,
-    "extrapolated14": 0.8,
-}
+# Error of eta at the usual step of each scheme, for chains of about 100 particles. A bond that is
+# compressed to a curvature k needs steps that are shorter by sqrt(k). Only the first guess depends
+# on these values.
 _USUAL_ERROR: dict[str, float] = measured("usual_error")
-# `_USUAL_ORDERS` replaces the order of schemes that reach their order only at shorter steps. In
-# nine scenes of ten, the error is below `_USUAL_SCATTER` times the median error; the scatter is
-# listed only for schemes in which it is not about two.
-_USUAL_ORDERS = {"srkn14": 9}
-_USUAL_SCATTER = {"srkn14": 20.0}
 # Error of eta with LAMMPS's granular styles, divided by the square of the step; the unit of the
 # step is 1/frequency. The measured ratio is 0.03 for columns of 10 beads and 0.06 for columns of
 # 100 beads.
@@ -43,9 +25,6 @@ _GRANULAR_ERROR = 0.06
 # With damping, the error of eta is divided by the step itself; the measured ratio is 0.001 to 0.1.
 # The refinement finds a shorter step if necessary.
 _DAMPED_ERROR = 0.01
-# Largest steps of the schemes that are not compositions. Stability limits these steps. In LAMMPS,
-# the bond table also limits the longest Verlet step, which must not need a much longer table.
-_LARGEST = {"srkn14": 1.4, "extrapolated12": 0.7, "extrapolated14": 1.2}
 
 
 def frequency_ratio(problem: Problem) -> float:
@@ -127,7 +106,7 @@ def effective_order(problem: Problem, scheme: StepSchemeName) -> float:
     bodies touch and part cause an error of order q + 1. Graded steps make this error small, but do
     not change its order.
     """
-    order, onset = float(STEP_SCHEMES[scheme].order), problem.line.contact.onset
+    order, onset = float(SCHEMES[scheme].order), problem.line.contact.onset
     if getattr(problem.bond, "damping", 0.0) > 0.0:
         return 1.0  # LAMMPS computes damping forces with velocities from half a step earlier
     return order if onset is None else min(order, onset + 1.0)
@@ -139,14 +118,7 @@ def largest_step(scheme: StepSchemeName, stiffness: float) -> float:
 
     `stiffness` is U''(1) divided by the smallest mass.
     """
-    if scheme not in COMPOSITIONS:
-        return _LARGEST[scheme] / stiffness**0.5
-    return _STABILITY_SHARE / (_heaviest(scheme) * stiffness**0.5)
-
-
-@cache
-def _heaviest(scheme: StepSchemeName) -> float:
-    return max(abs(weight) for weight in COMPOSITIONS[scheme].weights)
+    return SCHEMES[scheme].largest_step(stiffness**0.5)
 
 
 def guess_step(problem: Problem, scheme: StepSchemeName, target_error: float) -> float:
@@ -165,7 +137,7 @@ def granular_step(problem: Problem, target_error: float) -> float:
 
 def usual_step(scheme: StepSchemeName, target_error: float, stiffness: float) -> float:
     """Return the usual step for a target error if bonds are hardly compressed."""
-    order = _USUAL_ORDERS.get(scheme, STEP_SCHEMES[scheme].order)
-    error = _USUAL_SCATTER.get(scheme, 1.0) * _USUAL_ERROR[scheme]
-    usual = USUAL_STEPS[scheme] * (target_error / error) ** (1.0 / order)
+    facts = SCHEMES[scheme]
+    error = facts.usual_scatter * _USUAL_ERROR[scheme]
+    usual = facts.usual_step * (target_error / error) ** (1.0 / (facts.usual_order or facts.order))
     return min(largest_step(scheme, stiffness), usual / stiffness**0.5)

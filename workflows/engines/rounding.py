@@ -4,7 +4,7 @@ import sys
 from typing import Any
 
 from chaincor.lammps_inputs.problem import Problem
-from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.lammps_inputs.schemes import COMPOSITIONS
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured

@@ -2,7 +2,7 @@ r"""
 Define the steps of a chain away from the wall: split into drifts and kicks, or extrapolated.
 
 *Splitting*: drifts and kicks alternate. Mostly they form consecutive Verlet steps of w_k H
-(``compositions``). The map stays symmetric and symplectic. Other sequences of drifts and kicks are
+(`Composition`). The map stays symmetric and symplectic. Other sequences of drifts and kicks are
 possible as well, because forces depend on positions alone and the kinetic energy is quadratic.
 LAMMPS cannot take such steps, because its Verlet steps fix the drifts beside each kick.
 
@@ -27,36 +27,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.engines.compositions import COMPOSITIONS
-
-# Extrapolation to order 12 repeats each step with 1, 2, 3, 4, 6 and 8 Verlet steps and combines the
-# results; orders 14 and 16 use the other two tuples. Extrapolation multiplies rounding errors by
-# the sum of |c_m|. For order 12 this sum is 8, because the last two numbers are 6 and 8; with the
-# numbers 1 to 6 the sum would be 27. For orders 14 and 16 the sums are 56 and 116. LAMMPS uses
-# order 12 because its coordinates are coarsely rounded.
-_COUNTS = ((1, 2, 3, 4, 6, 8), tuple(range(1, 8)), tuple(range(1, 9)))
-
-# SRKN14 of Blanes and Moan (2002), J. Comput. Appl. Math. 142, 313, table 3: fourteen stages,
-# beginning with a drift. The middle drift and the two kicks beside it are computed below, from the
-# conditions that the drifts sum to 1 and the kicks sum to 1.
-_DRIFTS = (
-    0.0378593198406116,
-    0.102635633102435,
-    -0.0258678882665587,
-    0.314241403071447,
-    -0.130144459517415,
-    0.106417700369543,
-    -0.00879424312851058,
+from chaincor.lammps_inputs.schemes import (
+    SCHEMES,
+    Composition,
+    ExtrapolatedSteps,
+    SchemeFacts,
+    SplitSteps,
 )
-_KICKS = (
-    0.09171915262446165,
-    0.183983170005006,
-    -0.05653436583288827,
-    0.004914688774712854,
-    0.143761127168358,
-    0.328567693746804,
-)
-_HALF = (*_KICKS, 0.5 - sum(_KICKS))
 
 
 class StepCoefficients(NamedTuple):
@@ -206,30 +183,25 @@ def build_extrapolated_step(stages: Any) -> Callable:
     return take_step
 
 
-def _composed(name: str) -> StepScheme:
-    """Return the scheme of consecutive Verlet steps with merged drifts."""
-    composition = COMPOSITIONS[name]
-    kicks = np.array(composition.weights)
-    padded = np.concatenate(([0.0], kicks, [0.0]))
-    drifts = 0.5 * (padded[:-1] + padded[1:])
-    return StepScheme(name, composition.order, Splitting(drifts, kicks), build_split_step)
+def _scheme(name: str, facts: SchemeFacts) -> StepScheme:
+    """Return the scheme of a declaration."""
+    if isinstance(facts, Composition):  # consecutive Verlet steps with merged drifts
+        weights = np.array(facts.weights)
+        padded = np.concatenate(([0.0], weights, [0.0]))
+        splitting = Splitting(0.5 * (padded[:-1] + padded[1:]), weights)
+        return StepScheme(name, facts.order, splitting, build_split_step)
+    if isinstance(facts, SplitSteps):
+        drifts, kicks = facts.drifts, (*facts.kicks, 0.5 - sum(facts.kicks))
+        splitting = Splitting(
+            np.array((*drifts, 1.0 - 2.0 * sum(drifts), *reversed(drifts))),
+            np.array((*kicks, *reversed(kicks))),
+        )
+        return StepScheme(name, facts.order, splitting, build_split_step)
+    assert isinstance(facts, ExtrapolatedSteps)
+    counts = facts.counts
+    mixed = [math.prod(m * m / (m * m - k * k) for k in counts if k != m) for m in counts]
+    extrapolation = Extrapolation(np.array(mixed), np.array(counts, dtype=float))
+    return StepScheme(name, facts.order, extrapolation, build_extrapolated_step)
 
 
-def _extrapolated(counts: tuple[int, ...]) -> StepScheme:
-    """Return the scheme of order 2k that extrapolates from k different numbers of Verlet steps."""
-    order = 2 * len(counts)
-    weights = [math.prod(m * m / (m * m - k * k) for k in counts if k != m) for m in counts]
-    mixture = Extrapolation(np.array(weights), np.array(counts, dtype=float))
-    return StepScheme(f"extrapolated{order}", order, mixture, build_extrapolated_step)
-
-
-_SRKN14 = Splitting(
-    np.array((*_DRIFTS, 1.0 - 2.0 * sum(_DRIFTS), *reversed(_DRIFTS))),
-    np.array((*_HALF, *reversed(_HALF))),
-)
-_SCHEMES = (
-    *map(_composed, COMPOSITIONS),
-    StepScheme("srkn14", 6, _SRKN14, build_split_step),
-    *map(_extrapolated, _COUNTS),
-)
-STEP_SCHEMES = {scheme.name: scheme for scheme in _SCHEMES}
+STEP_SCHEMES = {name: _scheme(name, facts) for name, facts in SCHEMES.items()}

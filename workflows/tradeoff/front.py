@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import Engine
-from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, Scheme
+from chaincor.lammps_inputs.schemes import COMPOSITIONS, Scheme
 from chaincor.workflows.accuracy.by_lammps import usual_schemes
 from chaincor.workflows.measured import measured
 from chaincor.workflows.tradeoff.settings import Measurement, Setting, time_unit
@@ -107,7 +107,7 @@ def advise_setting(scene: Scene, rows: list[CheapestRow], tolerance: float) -> s
     row = advised(rows, tolerance)
     # A study compares only schemes that a script can have. With a tolerance, LAMMPS may use other
     # schemes, such as extrapolation.
-    has_more = usual_schemes(scene.problem, tolerance)[0] not in SCHEME_ORDERS
+    has_more = usual_schemes(scene.problem, tolerance)[0] not in COMPOSITIONS
     if row is None:
         reached = f"{rows[-1].error:.0e}" if rows else "nothing"
         more = f"; --tolerance {tolerance:.0e} may reach it" if has_more else ""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.lammps_inputs.schemes import SCHEMES, Composition
 from chaincor.workflows.engines.lammps.flight import flight_of
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import Outcome
@@ -88,7 +88,9 @@ class WideChain:
 
     def __init__(self, scene: Scene, numerics: Numerics) -> None:
         self._bond = scene.bond
-        self.weights = COMPOSITIONS[numerics.scheme].weights
+        facts = SCHEMES[numerics.scheme]
+        assert isinstance(facts, Composition)
+        self.weights = facts.weights
         self.timestep = numerics.timestep
         self.x = np.arange(scene.particles, dtype=np.longdouble)
         self.v = np.full(scene.particles, -scene.impact_velocity, dtype=np.longdouble)

@@ -10,7 +10,7 @@ import numpy as np
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.scene_fields import Engine, TableStyle, Wall
-from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, Scheme
+from chaincor.lammps_inputs.schemes import COMPOSITIONS, Scheme
 from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.step_guess import frequency_ratio
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -122,7 +122,7 @@ def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
     ladders = [[stock_setting(scene, step) for step in _STOCK_STEPS[quick]]]
     unit = time_unit(scene, "event")
     for engine, left_out in _NOT_WHEN_QUICK.items():
-        for scheme in SCHEME_ORDERS:
+        for scheme in COMPOSITIONS:
             first, last = _EVENT_ENDS.get(scheme, _OTHER_ENDS)
             if quick and scheme in left_out:
                 continue

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mpmath import mpf
 
-from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.lammps_inputs.schemes import COMPOSITIONS
 
 each = pytest.mark.parametrize("scheme", COMPOSITIONS.values(), ids=COMPOSITIONS)
 

@@ -6,7 +6,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from chaincor.lammps_inputs.schemes import StepSchemeName
+from chaincor.lammps_inputs.schemes import COMPOSITIONS, StepSchemeName
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 EXTRAPOLATED = {name: each for name, each in STEP_SCHEMES.items() if each.extrapolated}
@@ -14,6 +14,7 @@ EXTRAPOLATED = {name: each for name, each in STEP_SCHEMES.items() if each.extrap
 
 def test_every_scheme_that_numerics_can_name_is_there():
     names, further = map(get_args, get_args(StepSchemeName))
+    assert set(COMPOSITIONS) == {*names}
     assert set(STEP_SCHEMES) == {*names, *further}
 
 

@@ -12,8 +12,8 @@ from chaincor.analysis.modes import mode_frequencies
 from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
 from chaincor.lammps_inputs.bonds.potentials import CHAIN_POTENTIALS
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import COMPOSITIONS
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.pictures.live_page import kernel_source
 from tests.workflows.pictures.live_scenes import PROMISE, SCENES, page_scene, reference
 

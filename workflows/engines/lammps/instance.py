@@ -21,6 +21,7 @@ from chaincor.lammps_inputs.granular import (
 )
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
+from chaincor.lammps_inputs.schemes import COMPOSITIONS
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
     DUMP_FILE,
@@ -29,7 +30,6 @@ from chaincor.lammps_inputs.script import (
     number,
     render_setup,
 )
-from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.lammps.far_bonds import FarBonds
 from chaincor.workflows.engines.lammps.library import load_lammps, name_lammps_error
 from chaincor.workflows.engines.lammps.whole_steps import run_command, whole_step

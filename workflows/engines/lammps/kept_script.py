@@ -7,7 +7,7 @@ from chaincor.lammps_inputs.chain_data import format_data
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.problem import Problem
-from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS, Scheme
+from chaincor.lammps_inputs.schemes import COMPOSITIONS, SCHEMES, Composition, Scheme
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
     SCENE_FILE,
@@ -23,7 +23,6 @@ from chaincor.lammps_inputs.script_plan import (
     ScriptedSteps,
     ScriptPlan,
 )
-from chaincor.workflows.engines.compositions import COMPOSITIONS, SOURCES
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import sound_round_trip
 from chaincor.workflows.engines.lammps.contact import grading
@@ -58,19 +57,19 @@ def _scripted_steps(problem: Problem, numerics: Numerics, time: float) -> Script
     """
     if numerics.scheme == "verlet":
         return None
-    if numerics.scheme not in COMPOSITIONS:
+    composition = SCHEMES[numerics.scheme]
+    if not isinstance(composition, Composition):
         raise SceneError(
             f"scheme is '{numerics.scheme}', but a script can only take the steps of "
             f"{', '.join(COMPOSITIONS)}. Give one of these, or use `chaincor run`, which drives "
             "LAMMPS step by step"
         )
-    composition = COMPOSITIONS[numerics.scheme]
     graded = grading(problem.line.contact.onset, problem.fast_stiffness, composition.order)
     return ScriptedSteps(
         weights=composition.weights,
         order=composition.order,
-        citation=SOURCES[numerics.scheme],
-        coarse=time * (DEFAULT_TIMESTEPS["verlet"] / problem.fast_stiffness**0.5),
+        citation=composition.source,
+        coarse=time * (COMPOSITIONS["verlet"].usual_step / problem.fast_stiffness**0.5),
         patience=time * (PATIENCE / problem.slow_stiffness**0.5),
         graded=None if graded is None else (time * graded[0], graded[1]),
     )

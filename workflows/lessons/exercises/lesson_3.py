@@ -3,7 +3,7 @@
 import numpy as np
 
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.lammps_inputs.schemes import COMPOSITIONS
 from chaincor.workflows.lessons.begin import prepared
 from chaincor.workflows.lessons.exercise import RIGHT, exercise
 from chaincor.workflows.lessons.judging import Answers

@@ -5,7 +5,7 @@ import numpy as np
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
-from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.lammps_inputs.schemes import COMPOSITIONS
 from chaincor.workflows.lessons.exercise import RIGHT, exercise
 from chaincor.workflows.lessons.exercises import by_reference
 from chaincor.workflows.lessons.judging import Answers

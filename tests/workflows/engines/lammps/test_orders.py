@@ -6,7 +6,7 @@ import pytest
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.lammps_inputs.schemes import COMPOSITIONS
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.reference import stepping
 from chaincor.workflows.engines.schemes import STEP_SCHEMES

@@ -6,7 +6,7 @@ import pytest
 from chaincor.lammps_inputs.bond_table import tabulate_near_and_far
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.lammps_inputs.schemes import COMPOSITIONS
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import BondRangeError

@@ -6,10 +6,9 @@ import pytest
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS
+from chaincor.lammps_inputs.schemes import COMPOSITIONS, SCHEMES
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines import end_watch
-from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.contact_search import narrow
 from chaincor.workflows.engines.reference import bookkeeping, stepping
 from chaincor.workflows.engines.reference.kernels import kernels_for
@@ -86,7 +85,7 @@ def test_order_of_convergence(scheme, steps):
 @pytest.mark.parametrize("potential", ["lj", "toda", "log"])
 def test_time_reversal(scheme, potential):
     scene = Scene(potential=potential, particles=30, speed=0.5)
-    step = min(DEFAULT_TIMESTEPS.get(scheme, 0.1), 0.1)
+    step = min(SCHEMES[scheme].usual_step, 0.1)
     stepper = Stepper.of(scene.line, scene.bond, scheme, step)
     chain = Motion.at_start(scene.problem, stepper)
     chain.run_state.argue_after = np.inf
