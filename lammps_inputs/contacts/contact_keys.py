@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, Field, create_model
 
 from chaincor.lammps_inputs.contacts.contact_laws import (
+    CONTACT_LAWS,
     CONTACT_PARAMETERS,
     ContactName,
     ContactParameter,
@@ -17,8 +18,8 @@ class _ContactKey(BaseModel):
 
     contact: ContactName | None = Field(
         default=None,
-        description="hard bodies, or soft bodies that repel each other with the force K d^q if "
-        "they overlap by d [default: hard; for beads, their own force]",
+        description=", or ".join(law.summary for law in CONTACT_LAWS.values())
+        + " [default: hard; for beads, their own force]",
     )
 
 

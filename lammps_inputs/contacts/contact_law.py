@@ -24,6 +24,7 @@ class ContactLaw(ABC):
     """
 
     name: ClassVar[str]  #: Name of the law in scenes.
+    summary: ClassVar[str]  #: Phrase for the help of scenes: the bodies and their force.
     soft: ClassVar[bool] = True  #: Whether bodies overlap while they touch.
     #: Keys of the parameters in scenes, with the names of the attributes.
     keys: ClassVar[dict[str, str]] = {}

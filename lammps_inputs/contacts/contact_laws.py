@@ -19,18 +19,19 @@ class ContactParameter(NamedTuple):
     most: float | None = None  #: Largest value; used only if `least` is given.
 
 
-CONTACT_PARAMETERS = {
-    "contact_stiffness": ContactParameter("K of contact power [default: 1]"),
-    "contact_exponent": ContactParameter(
-        "q of contact power, 1 to 9; 1.5 is Hertz's [default: 1.5]", 1.0, 9.0
-    ),
-}
-CONTACT_KEYS = tuple(CONTACT_PARAMETERS)
-
-
 def laws_with(key: str) -> tuple[str, ...]:
     """Return the names of the laws that have a key."""
     return tuple(name for name, law in CONTACT_LAWS.items() if key in law.keys)
+
+
+CONTACT_PARAMETERS = {
+    key: ContactParameter(f"{symbol} of contact {' and '.join(laws_with(key))}{rest}", *limits)
+    for key, symbol, rest, *limits in (
+        ("contact_stiffness", "K", " [default: 1]"),
+        ("contact_exponent", "q", ", 1 to 9; 1.5 is Hertz's [default: 1.5]", 1.0, 9.0),
+    )
+}
+CONTACT_KEYS = tuple(CONTACT_PARAMETERS)
 
 
 def contact_of(name: str | None, given: Mapping[str, Any]) -> ContactLaw:

@@ -15,6 +15,7 @@ class Hard(ContactLaw):
     """Contact without overlap; velocities change instantaneously when the gap closes."""
 
     name = "hard"
+    summary = "hard bodies"
     soft = False
     force_kernel = staticmethod(no_force)
     curvature_kernel = staticmethod(no_force)

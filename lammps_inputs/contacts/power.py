@@ -31,6 +31,7 @@ class PowerContact(ContactLaw):
     exponent: float = 1.5  #: q.
 
     name = "power"
+    summary = "soft bodies that repel each other with the force K d^q if they overlap by d"
     keys = {"contact_stiffness": "stiffness", "contact_exponent": "exponent"}  # noqa: RUF012
     strength_key = "contact_stiffness"
     named_in_identity = False
