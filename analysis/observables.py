@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from typing import Any, get_type_hints
 
+from chaincor.analysis.observed.arrays import MeasuredArrays
 from chaincor.analysis.observed.bodies import Bodies
 from chaincor.analysis.observed.dumps import OF_DUMPS_ALONE
 from chaincor.analysis.observed.making import Making
@@ -18,7 +19,7 @@ from chaincor.analysis.observed.outcome import MeasuredOutcome
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Observed(Making, MeasuredOutcome, Bodies):
+class Observed(Making, MeasuredArrays, MeasuredOutcome, Bodies):
     """Observables of a run, as attributes."""
 
 
