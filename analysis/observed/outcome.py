@@ -82,8 +82,8 @@ class MeasuredOutcome:
         TextRow(
             "contacts",
             lambda o: (
-                f"{lines.count_text(o.contacts, o.contacts_range)}, the last at "
-                f"t = {o.last_contact_time:.6g}"
+                f"{lines.count_text(o.contacts, o.contacts_range)}, "
+                f"{lines.last_contact(o.last_contact_time, soft=o.contact is not None)}"
             ),
             contacts_line,
             also=("contacts_range", "last_contact_time"),
@@ -101,7 +101,8 @@ class MeasuredOutcome:
         run=lambda r: r.contacts_range,
     )
     last_contact_time: float = observable(
-        "time from the first contact to the last contact, in units of sqrt(mass/stiffness)",
+        "time from the first contact to the beginning of the last contact, in units of "
+        "sqrt(mass/stiffness)",
         unit="time",
         symbol="t",
         run=lambda r: float(r.outcome.contact_times[-1]),
@@ -186,7 +187,9 @@ class MeasuredOutcome:
         "the natural length is 1",
         TextRow(
             "bond lengths",
-            lambda o: lines.bond_lengths(o.bond_min, o.bond_max, o.bond_error),
+            lambda o: lines.bond_lengths(
+                o.bond_min, o.bond_max, o.bond_error, soft=o.contact is not None
+            ),
             lambda a: f"{a.bond_min:.4g} to {a.bond_max:.4g}" if a.particles > 1 else None,
             also=("bond_max", "bond_error"),
         ),

@@ -49,10 +49,16 @@ def _of(relative: bool) -> str:
     return ", of the relative motion" if relative else ""
 
 
-def bond_lengths(low: float, high: float, error: float | None) -> str:
+def last_contact(time: float, *, soft: bool) -> str:
+    """Return the time of the last contact as text; soft bodies then begin to overlap."""
+    return f"the last {'begins ' if soft else ''}at t = {time:.6g}"
+
+
+def bond_lengths(low: float, high: float, error: float | None, *, soft: bool) -> str:
     """Return the shortest and longest bond, without digits that the time step leaves uncertain."""
     digits = 4 if not error else min(max(math.ceil(-math.log10(error)), 2), 6)
-    shown = f"{low:.{digits}f} to {high:.{digits}f} up to the last contact"
+    until = "end of the last contact" if soft else "last contact"
+    shown = f"{low:.{digits}f} to {high:.{digits}f} up to the {until}"
     return shown + (f", +- {error:.1g}" if error else "")
 
 

@@ -159,8 +159,9 @@ def test_the_bar_of_the_stock_wall_is_called_statistical(result):
 def test_numbers_of_contacts_that_disagree_become_a_range(result):
     assert result.contacts_range is None
     torn = dataclasses.replace(result, contacts=7, contacts_range=(5, 7))
-    assert dict(rows_of(torn))["contacts"].startswith("5 to 7, the last at t = ")
-    assert "5 to 7 contacts, the last at t = " in repr(torn)
+    last = "the last at t = " if result.contact is None else "the last begins at t = "
+    assert dict(rows_of(torn))["contacts"].startswith(f"5 to 7, {last}")
+    assert f"5 to 7 contacts, {last}" in repr(torn)
 
 
 def test_the_time_of_the_last_contact_has_a_bar():

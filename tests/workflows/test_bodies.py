@@ -212,6 +212,9 @@ def test_what_is_printed_names_what_was_hit():
         assert "\ntarget                 velocity -0." in text[name]
     assert "onto a free target: 1 particle, masses 7" in text["one heavy particle"]
     assert "soft contact: force K d^q of the overlap d, K = 1, q = 1.5" in text["soft"]
+    assert ", the last begins at t = " in text["soft"]
+    assert "up to the end of the last contact" in text["soft"]
+    assert ", the last at t = " in text["one heavy particle"]
     assert "bonds shorter by 0.02 at first" in text["compressed"]
     plain = describe_result(collide(Scene(particles=4, **IN_HOUSE)))
     assert "of the initial momentum" in plain

@@ -1,7 +1,7 @@
 """Write a result as lines of text for ``chaincor run``."""
 
 from chaincor.analysis.observables import Observed, rows_of
-from chaincor.analysis.showing.lines import count_text, masses_text
+from chaincor.analysis.showing.lines import count_text, last_contact, masses_text
 from chaincor.analysis.showing.numbers import (
     impact_speed,
     named_lines,
@@ -27,8 +27,8 @@ def describe_shortly(result: Observed) -> str:
             ", ".join(heading(result)),
             f"eta = {with_error(result.restitution, result.restitution_error)}, "
             f"e = {root_of_known(result.kinematic_restitution, result.restitution_error)}, "
-            f"{counted} contact{'' if counted == '1' else 's'}, the last at "
-            f"t = {result.last_contact_time:.6g}",
+            f"{counted} contact{'' if counted == '1' else 's'}, "
+            f"{last_contact(result.last_contact_time, soft=result.contact is not None)}",
             f"{closing(result)[0]}; end {result.ending}{asked}",
         ]
     )

@@ -20,13 +20,12 @@ from chaincor.workflows.engines.lammps.contact import ContactRecord, HardContact
 from chaincor.workflows.engines.lammps.flight import VerletFlight
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.outcome import Frames, Outcome
-from chaincor.workflows.engines.reference.finish import unfinished_error
+from chaincor.workflows.engines.reference.finish import bead_time_limit, unfinished_error
 from chaincor.workflows.errors import CrossingError, LostAtomsError
 
-# _LOOK is the interval between checks for the end of the collision. The motion of n beads is
-# followed for at most (n + 10) * _FOLLOWED. The unit of time is the time in which two colliding
-# beads stop each other; for _FOLLOWED, the time in which the largest gap closes is added.
-_LOOK, _FOLLOWED = 0.3, 1000.0
+# The interval between checks for the end of the collision, in units of the time in which two
+# colliding beads stop each other.
+_LOOK = 0.3
 
 
 def run_beads(
@@ -83,8 +82,7 @@ class _Column:
         unit = -problem.bond.compressed_strain(problem.line.mean_mass * problem.impact_velocity**2)
         unit /= problem.impact_velocity
         self._look = _LOOK * unit
-        closing = float(np.max(problem.line.strains, initial=0.0)) / problem.impact_velocity
-        self._longest = _FOLLOWED * (problem.all_particles + 10) * (unit + closing)
+        self._longest = bead_time_limit(problem)
 
     def _state(self) -> tuple[Array, Array]:
         """Return displacements and velocities along x; a rigid wall counts as a particle."""

@@ -20,20 +20,21 @@ from chaincor.workflows.engines.reference.compile import KEPT, LoopCompiler
 from chaincor.workflows.engines.reference.finish import (
     End,
     LastContact,
+    bead_time_limit,
     displacements_from,
     finish,
     unfinished_error,
 )
 from chaincor.workflows.engines.reference.tracked import TRACKED, tracked_values
-from chaincor.workflows.errors import TimestepError, UnfinishedCollisionError
+from chaincor.workflows.errors import TimestepError
 
 # A single step may have the error _LOCAL_SHARE, relative to the target error of the restitution,
 # but at least the error _FINEST_LOCAL.
 _LOCAL_SHARE = 0.03
 _FINEST_LOCAL = 1e-15
-# _FIRST_STEP is the length of the first step. The motion of n beads is followed for the time (n +
-# 10) * _FOLLOWED. The unit of time is the time in which two colliding beads stop each other.
-_FIRST_STEP, _FOLLOWED = 0.01, 1000.0
+# This is the length of the first step. The unit of time is the time in which two colliding beads
+# stop each other.
+_FIRST_STEP = 0.01
 # Snapshots continue for this time after the end, in the same unit.
 _SHOWN = 5.0
 
@@ -125,8 +126,7 @@ class _Flight(AdaptiveFlight):
         loop = _compile(bond.force_kernel, type(line.contact))
         super().__init__(loop, run_state, arrays, parameters, beads)
         run_state.gap, run_state.soft = line.gap, int(line.soft)
-        closing = float(np.max(line.strains, initial=0.0)) / speed
-        run_state.longest = _FOLLOWED * (beads + 10) * (unit + closing)
+        run_state.longest = bead_time_limit(problem)
         run_state.frame_interval = math.inf if frame_interval is None else frame_interval
         run_state.next_frame = math.inf if frame_interval is None else 0.0
         run_state.step = _FIRST_STEP * unit
@@ -146,11 +146,6 @@ class _Flight(AdaptiveFlight):
             if status == FULL:
                 self._make_room()
             elif status == LATE:
-                if self.damped:
-                    raise UnfinishedCollisionError(
-                        f"the bodies have not parted at time {self.run_state.time:.6g}: "
-                        "damping holds them together. Lower the damping"
-                    )
                 raise unfinished_error(self._problem, float(self.run_state.time))
             else:
                 raise TimestepError(

@@ -31,6 +31,11 @@ KNOWN_MARGIN = 5.0
 # step.
 _NEAR_END = 0.95
 
+# A collision of n beads is followed for n + 10 times _FOLLOWED, in units of the time in which two
+# colliding beads stop each other. At a soft contact, it is also followed for _WHOLE times the time
+# in which the column stops, but at most for _LONGEST times that of two beads.
+_FOLLOWED, _WHOLE, _LONGEST = 1000.0, 100.0, 1e6
+
 
 @dataclass(frozen=True)
 class LastContact:
@@ -239,8 +244,25 @@ def strain_error(problem: Problem, low: float, high: float, time: float, remedy:
     )
 
 
+def bead_time_limit(problem: Problem) -> float:
+    """Return the time for which a collision of beads is followed."""
+    line, speed = problem.line, problem.impact_velocity
+    # Overlaps of two beads that stop each other, and of the column that stops at its contact
+    overlap = -problem.bond.compressed_strain(line.mean_mass * speed**2)
+    overlap += float(np.max(line.strains, initial=0.0))
+    whole = _WHOLE * line.contact.overlap(0.5 * line.chain_mass * speed**2)
+    own = _FOLLOWED * (problem.all_particles + 10) * overlap
+    return (own + min(whole, _LONGEST * overlap)) / speed
+
+
 def unfinished_error(problem: Problem, longest: float) -> UnfinishedCollisionError:
     """Return the error for a collision that did not end within the time `longest`."""
+    if problem.bond.only_pushes:
+        damped = "damping" in problem.bond.as_keys() or problem.line.contact.damped
+        advice = "Lower the damping" if damped else "Give a stiffer contact, or another speed"
+        return UnfinishedCollisionError(
+            f"the bodies have not parted at time {longest:.6g}. {advice}"
+        )
     return UnfinishedCollisionError(
         f"a time of {longest:.6g} after the first contact the {problem.particles} "
         "particles still approach the wall, longer than sound needs to cross them and "

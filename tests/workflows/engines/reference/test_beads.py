@@ -5,6 +5,7 @@ import pytest
 
 from chaincor import Scene, collide
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError
+from chaincor.workflows.engines.reference import finish
 from tests.judge.beads import judge_column
 
 # 1 - eta of beads of mass 1 that initially just touch, by exponent and contact. Another program
@@ -143,6 +144,17 @@ def test_strong_damping_stops_beads_and_they_part_without_a_pull():
     assert result.ending == "proved"
     with pytest.raises(ChaincorError, match="Lower the damping"):
         collide(beads(particles=3, damping=1e6))
+
+
+def test_a_very_soft_wall_returns_the_column_whole(monkeypatch):
+    # The contact lasts 1e4 times as long as that of two beads.
+    soft = beads(particles=3, contact="power", contact_stiffness=1e-9)
+    result = collide(soft, tolerance=1e-7)
+    assert abs(1.0 - result.restitution) <= result.restitution_error
+    assert result.ending == "proved"
+    monkeypatch.setattr(finish, "_LONGEST", 1.0)
+    with pytest.raises(ChaincorError, match="Give a stiffer contact"):
+        collide(soft, tolerance=1e-6)
 
 
 @pytest.mark.parametrize(
