@@ -45,7 +45,7 @@ def exercise(asks: str, **fields: Any) -> Callable[[Callable[..., Answers]], Exe
     return lambda answers: Exercise(asks, answers, **fields)
 
 
-def check(exercise: str, answer: Any) -> AnswerVerdict:
+def check(exercise: str, answer: Any, *more: Any) -> AnswerVerdict:
     """
     Check an answer, and describe what is right or wrong.
 
@@ -55,8 +55,9 @@ def check(exercise: str, answer: Any) -> AnswerVerdict:
     ----------
     exercise : str
         Name of the exercise, such as ``"4.1"`` for the first exercise of lesson 4.
-    answer : float, array_like or callable
-        A number, several numbers, or a function, depending on the exercise. Numbers may be rounded
+    answer, *more : float, array_like or callable
+        A number, several numbers, or a function, depending on the exercise. Several arguments count
+        as a list. Numbers may be rounded
         to two digits if no usual mistake has the same two digits. Texts such as ``"1/64"``,
         ``"9.29 %"`` and ``"about 30 steps"`` are read as numbers.
 
@@ -70,7 +71,7 @@ def check(exercise: str, answer: Any) -> AnswerVerdict:
     InputError
         If there is no exercise with this name.
     """
-    return judge(find_exercise(exercise), answer)
+    return judge(find_exercise(exercise), [answer, *more] if more else answer)
 
 
 def find_exercise(name: str) -> Exercise:

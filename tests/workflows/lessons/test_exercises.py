@@ -87,10 +87,18 @@ WRONG = {
         ((13 * 0.9**-14 - 7 * 0.9**-8) / 6, "slope of the force itself"),
     ],
     # first-order wall, error bars
-    "3.1": [(-2.0, "against 1/h"), (1.0, "reflect wall"), (4.0, "factor to base 2")],
+    "3.1": [
+        (-2.0, "against 1/h"),
+        (1.0, "reflect wall"),
+        (4.0, "factor to base 2"),
+        (0.4757, "axes are exchanged"),
+        (0.012294, "take the logarithms"),
+        (-1.7228, "the slope is the first number"),
+    ],
     "3.2": [
         (8, "order 1"),
         (4, "one halving"),
+        (7, "4**3"),
         (12, "factors multiply"),
         (6, "exponents"),
         (512, "order 3"),
@@ -377,6 +385,12 @@ def test_an_answer_rounded_to_fewer_digits_is_reported(name, answer, says):
     verdict = check(name, answer)
     assert bool(verdict) == says.startswith("right, ")
     assert verdict.says.startswith(says)
+
+
+def test_several_arguments_count_as_a_list():
+    assert check("1.1", 1, 1)
+    assert "2 numbers where 1 are expected" in check("1.2", 9, 29).says
+    assert "write the power as 2**8" in check("6.3", 2 ^ 8).says
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,12 @@ def _exercise_1() -> Answers:
     yield -fitted, turned
     yield -float(_ORDER), turned
     yield stock, "this is the slope of the reflect wall; fit the event wall"
+    yield 1.0 / fitted, "the axes are exchanged: fit log(error) against log(step)"
+    yield np.polyfit(steps, event, 1)[0], "take the logarithms of both: np.log(step), np.log(error)"
+    yield (
+        np.polyfit(np.log(steps), np.log(event), 1)[1],
+        "this is the line's value at log(step) = 0; the slope is the first number of np.polyfit",
+    )
     yield 1.0, "the reflect wall has order 1 at best; fit the event wall"
     yield (
         2.0**_ORDER,
@@ -47,7 +53,12 @@ def _exercise_1() -> Answers:
 def _exercise_2() -> Answers:
     yield 2.0 ** (3 * _ORDER), RIGHT
     yield 8.0, "this is a method of order 1; Verlet is of order 2"
-    yield 4.0, "this is one halving; the factors of three halvings multiply"
+    yield (
+        4.0,
+        "this is one halving; the factors of three halvings multiply (in Python, 2^6 is 4: write "
+        "2**6)",
+    )
+    yield 7.0, "in Python, 4^3 is 7: write the power as 4**3"
     yield 12.0, "factors multiply: 4 x 4 x 4, not 4 + 4 + 4"
     yield 6.0, "the order 2 and the three halvings are exponents: 2^(2 x 3)"
     yield 512.0, "this is a method of order 3; Verlet is of order 2"

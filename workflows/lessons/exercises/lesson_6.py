@@ -76,6 +76,7 @@ def _exercise_3() -> Answers:
     gain = 2.0 ** COMPOSITIONS["order8"].order
     yield gain, RIGHT
     yield 8.0, "8 is the exponent: the factor is 2^8"
+    yield 10.0, "in Python, 2^8 is 10: write the power as 2**8"
     yield 16.0, "the order is an exponent: the factor is 2^8, not 2 x 8"
     yield 64.0, "base and exponent are exchanged: the factor is 2^8, not 8^2"
     yield (
