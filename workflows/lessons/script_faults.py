@@ -142,6 +142,9 @@ def _motion_and_wall(script: StudentScript) -> Iterator[str]:
 def _motion(script: StudentScript) -> Iterator[str]:
     movers, unnamed = script.fixes("nve"), script.fixes_without_group("nve")
     for fix in unnamed:
+        if fix[3:4] == ["all"]:
+            yield f"`{' '.join(fix)}` names its style before its group: write `fix NAME all nve`"
+            continue
         yield f"`{' '.join(fix)}` lacks its name or its group: write `fix NAME all nve`"
     baths = any(script.fixes(style) for style in _THERMOSTATS)
     if not movers and not unnamed and not baths:

@@ -117,6 +117,7 @@ FAULTS = [
     ("bond_coeff", "bond_coef", 2, "write `bond_coeff`"),
     # A fix has a name, a group and a style.
     ("fix             move all nve", "fix all nve", 3, "`fix all nve` lacks its name"),
+    ("fix             move all nve", "fix move nve all", 3, "names its style before its group"),
     ("fix             move all nve", "fix move nve", 3, "`fix move nve` lacks its name"),
     ("stop all wall/reflect", "all wall/reflect", 3, "write `fix NAME all wall/reflect xlo 0.0`"),
     ("move all", "move mobile", 3, "there is no group mobile"),
