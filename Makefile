@@ -58,8 +58,10 @@ PIP = $(BIN)/python -m pip install --quiet --no-compile
 	$(PIP) --upgrade pip
 	touch $@
 
+# The first run compiles the modules and loops that later runs load, also where Python may not write bytecode.
 .venv/ready: .venv/pip pyproject.toml
 	$(PIP) --editable .
+	-PYTHONDONTWRITEBYTECODE= $(BIN)/chaincor run > /dev/null
 	touch $@
 
 .venv/ready-notebook: .venv/pip pyproject.toml
