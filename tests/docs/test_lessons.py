@@ -9,6 +9,7 @@ import tomllib
 import numpy as np
 import pytest
 
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, Toda
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.lessons import prepared
@@ -107,6 +108,52 @@ def test_the_class_says_whose_numbers_its_checks_have_and_which_chain_its_walls_
     assert "check 3.2 is exercise 2 of lesson 3" in text
     assert "particles=20" in (COURSE / "make_data.py").read_text()
     assert "another one, of 20 particles with Lennard-Jones bonds" in text
+
+
+def mirrored(bond, n, v0, step, time):
+    """Yield u and v after each Verlet step with the wall that lesson 3 describes, from t = 0."""
+    u, v = np.zeros(n), np.full(n, -v0)
+
+    def force():
+        return -np.diff(bond.force(np.diff(u)), prepend=0.0, append=0.0)
+
+    f = force()
+    for _ in range(round(time / step)):
+        v = v + 0.5 * step * f
+        u = u + step * v
+        if u[0] < 0.0:
+            u[0], v[0] = -u[0], -v[0]
+        f = force()
+        v = v + 0.5 * step * f
+        yield u, v
+
+
+def test_lesson_3_describes_the_wall_of_lammps_and_its_jumps_of_energy():
+    text = PAGES["3_timestep_and_wall"].read_text()
+    exact = float(re.search(r"eta = (0\.\d+)", PAGES["class"].read_text())[1])
+    rows = re.findall(r"^\| (0\.0\d+) \| (\S+) \| (\S+) \|$", text, re.MULTILINE)
+    assert len(rows) == 3
+    for step, jump, error in np.array(rows, dtype=float):
+        states = list(mirrored(Harmonic(), 10, 0.1, step, 19.0))
+        energies = [0.5 * np.sum(v**2) + 0.5 * np.sum(np.diff(u) ** 2) for u, v in states]
+        eta = (states[-1][1].mean() / 0.1) ** 2
+        # The page shows two digits.
+        assert max(abs(np.array(energies) / 0.05 - 1.0)) == pytest.approx(jump, abs=6e-5)
+        assert abs(eta - exact) == pytest.approx(error, abs=6e-5)
+        if step == 0.01:
+            # The class page shows this number as LAMMPS prints it. Rounding grows to some 1e-13.
+            printed = re.search(r"^restitution = (0\.90\d+)", PAGES["class"].read_text(), re.M)
+            assert eta == pytest.approx(float(printed[1]), abs=1e-12)
+
+
+def test_the_far_end_of_the_toda_chain_turns_before_sound_arrives():
+    text = PAGES["class"].read_text()
+    sound = re.search(r"in a time of (\d+)\.", text)[1]
+    turns = re.search(r"The far end reverses at a time of about (\d+)", text)[1]
+    bond = Toda()
+    ends = [v[-1] for _, v in mirrored(bond, 30, 1.1 * bond.natural_speed, 0.02, 18.0)]
+    assert int(sound) == 30 - 1
+    assert 0.02 * np.argmax(np.array(ends) > 0.0) == pytest.approx(int(turns), abs=0.5)
 
 
 def test_lesson_3_counts_contacts_of_a_hundred_particles_as_run_does():
