@@ -10,8 +10,9 @@ from typing import Any
 
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.schema import (
+    CREATION,
+    EXPRESSIONS,
     FLAG_COLUMNS,
-    MIGRATIONS,
     WORDS,
 )
 
@@ -22,10 +23,10 @@ _LARGEST_WHOLE = 2**53
 # The JSON of a scene or result is always far shorter than this number of characters.
 _LONGEST_JSON = 10_000_000
 _DECLARATION = re.compile(r'^ +"?(\w+)"? (TEXT|INTEGER|REAL)( NOT NULL)?', re.MULTILINE)
-# Declared type of each column, and whether the column must have a value.
+# Type of each column of a Row, and whether the column must have a value.
 DECLARED = {
-    name: (kind, bool(not_null)) for name, kind, not_null in _DECLARATION.findall(MIGRATIONS[0][1])
-}
+    name: (kind, bool(not_null)) for name, kind, not_null in _DECLARATION.findall(CREATION[1])
+} | dict.fromkeys(EXPRESSIONS, ("TEXT", True))
 
 
 def check_rows(
@@ -114,8 +115,8 @@ def _is_versions(read: dict[str, Any]) -> bool:
 
 
 def _is_scene(read: dict[str, Any]) -> bool:
-    """Return whether an object has a velocity, and only values of types that occur in scenes."""
-    return _is_number(read.get("velocity")) and all(map(_is_scene_value, read.values()))
+    """Return whether an object has only values of types that occur in scenes."""
+    return _is_number(read.get("velocity", 0.0)) and all(map(_is_scene_value, read.values()))
 
 
 def _is_scene_value(value: Any) -> bool:

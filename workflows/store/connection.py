@@ -1,6 +1,7 @@
 """Open the file of a results store, and turn SQLite's errors into named errors."""
 
 import contextlib
+import itertools
 import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,10 +11,12 @@ from chaincor.lammps_inputs.errors import one_line
 from chaincor.workflows.errors import StoreError, StoreWriteError
 from chaincor.workflows.store.schema import (
     APPLICATION_ID,
+    CREATION,
     MIGRATIONS,
     SCHEMA_VERSION,
     TABLE_COLUMNS,
 )
+from chaincor.workflows.store.short_scene import define_functions
 
 # Longest time to wait for other sweeps that are writing. One write takes milliseconds.
 LOCK_SECONDS = 60.0
@@ -27,9 +30,9 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
     write-ahead log would save about a millisecond per row. But it leaves files beside the store,
     and needs shared memory, which network file systems on clusters lack.
 
-    The connection is in autocommit mode. If `read_only` is true, the store must exist and cannot be
-    changed. Raise StoreError if this version of chaincor cannot use the file, and StoreWriteError
-    if a new or older store cannot be written.
+    The connection is in autocommit mode. If `read_only` is true, the store must exist, and only an
+    older schema is changed. Raise StoreError if this version of chaincor cannot use the file, and
+    StoreWriteError if a new or older store cannot be written.
     """
     if read_only and not path.exists():
         raise StoreError(
@@ -45,11 +48,12 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             address(path, mode), uri=True, timeout=LOCK_SECONDS, isolation_level=None
         )
         try:
+            define_functions(connection)
             # Without this transaction, another process could create the store between two reads.
             with transaction(connection, "BEGIN", "ROLLBACK"):
                 version = _version(connection, path)
             if version < SCHEMA_VERSION:
-                _migrate(connection, path, read_only)
+                _migrate_read_only(path, version) if read_only else _migrate(connection, path)
             _refuse_other_schema(connection, path)
         except BaseException:
             connection.close()
@@ -107,19 +111,23 @@ def _refuse_other_schema(connection: sqlite3.Connection, path: Path) -> None:
         )
 
 
-def _migrate(connection: sqlite3.Connection, path: Path, read_only: bool) -> None:
-    if read_only:
+def _migrate_read_only(path: Path, version: int) -> None:
+    """Migrate a store that is being opened for reading; raise StoreError if it is empty."""
+    if version == 0:
         raise StoreError(
-            f"the results store {path} is empty or has an older schema than "
-            f"{SCHEMA_VERSION}, and it is opened read-only. Make it writable once, so that "
-            "it can be brought up to date"
+            f"the results store {path} is empty. Give a store that `chaincor sweep` made"
         )
+    connect(path).close()
+
+
+def _migrate(connection: sqlite3.Connection, path: Path) -> None:
     with transaction(connection):
         # The version is read again, because another process may have migrated the store in the
         # meantime.
-        for statements in MIGRATIONS[_version(connection, path) :]:
-            for statement in statements:
-                connection.execute(statement)
+        version = _version(connection, path)
+        steps = (CREATION,) if version == 0 else MIGRATIONS[version - 1 :]
+        for statement in itertools.chain(*steps):
+            connection.execute(statement)
         connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 

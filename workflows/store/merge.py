@@ -7,8 +7,10 @@ from typing import Any, NamedTuple
 
 from chaincor.lammps_inputs.errors import one_line
 from chaincor.workflows.errors import StoreError
+from chaincor.workflows.store.checked_rows import KEY
 from chaincor.workflows.store.connection import address, named_errors, transaction
 from chaincor.workflows.store.results_store import STANDINGS, Store
+from chaincor.workflows.store.schema import EXPRESSIONS
 from chaincor.workflows.store.writing import update_row, upsertion
 
 # Rows that exist both in the target (`main`) and in the store to be merged (`source`), in a fixed
@@ -18,8 +20,8 @@ _BOTH = """
     ORDER BY collision_sha256
 """
 # Rows to copy from `source`: all rows except those for which `main` keeps its own row.
-_TAKEN = "WHERE collision_sha256 NOT IN (SELECT value FROM json_each(:staying))"
-_CHOSEN = " AND collision_sha256 IN (SELECT value FROM json_each(:chosen))"
+_TAKEN = f"WHERE {EXPRESSIONS[KEY]} NOT IN (SELECT value FROM json_each(:staying))"
+_CHOSEN = f" AND {EXPRESSIONS[KEY]} IN (SELECT value FROM json_each(:chosen))"
 _ENVIRONMENT = """
     (SELECT ours.id FROM main.environments AS ours JOIN source.environments AS theirs
     USING (versions) WHERE theirs.id = environment)
@@ -107,7 +109,7 @@ def _copy_from_source(target: Store, keys: Sequence[str] | None) -> tuple[int, i
     ours = target.read(STANDINGS.format("main") + _BOTH.format("source"))
     theirs = target.read(STANDINGS.format("source") + _BOTH.format("main"))
     for old, new in zip(ours, theirs, strict=True):
-        key, taken = old.columns["collision_sha256"], old.yields_to(new)
+        key, taken = old.columns[KEY], old.yields_to(new)
         if taken:
             replaced += 1
         else:

@@ -9,11 +9,12 @@ from typing import Any
 
 from chaincor.lammps_inputs.given_numbers import number_in
 from chaincor.workflows.errors import StoreError
-from chaincor.workflows.store.checked_rows import KEY, check_rows
+from chaincor.workflows.store.checked_rows import DECLARED, KEY, check_rows
 from chaincor.workflows.store.connection import named_errors
 from chaincor.workflows.store.results_store import Part, Store
 from chaincor.workflows.store.schema import (
     BODY_COLUMNS,
+    EXPRESSIONS,
     FLAG_COLUMNS,
     PLAIN_COLUMNS,
     SCENE_KEYS,
@@ -103,7 +104,7 @@ def _rows_of(
     store = part.store
     conditions, values = _conditions(part, where)
     sorting = [_quoted(name.removeprefix("-")) for name in order]
-    wanted = ", ".join([*map(_quoted, columns), *sorting, KEY])
+    wanted = ", ".join([*map(_quoted, columns), *sorting, _quoted(KEY)])
     query = f"SELECT {wanted} FROM collisions{conditions}"
     if order:
         ways = (" DESC" if name.startswith("-") else "" for name in order)
@@ -158,8 +159,6 @@ def count_rows(store: Store | StoreSet, where: Sequence[str] = ()) -> int:
 def _conditions(part: Part, where: Sequence[str]) -> tuple[str, list[Any]]:
     parts: list[str] = [part.condition] if part.condition else []
     values: list[float | str] = []
-    found = part.store.select("SELECT name, type FROM pragma_table_info('collisions')")[1]
-    types = dict(found)
     for text in where:
         match = _CONDITION.fullmatch(text)
         if match is None:
@@ -168,8 +167,8 @@ def _conditions(part: Part, where: Sequence[str]) -> tuple[str, list[Any]]:
         column = _quoted(name)
         if value:
             parts.append(f"{column} {operator} ?")
-            kind = types.get(name, "TEXT" if name in WORDS else "REAL")
-            values.append(value if kind == "TEXT" else _number(text, name, value))
+            is_text = name in WORDS or DECLARED.get(name, ("REAL",))[0] == "TEXT"
+            values.append(value if is_text else _number(text, name, value))
         elif operator in ("=", "==", "!="):
             parts.append(f"{column} IS {'NOT ' if operator == '!=' else ''}NULL")
         else:
@@ -200,13 +199,14 @@ ONE_MASS = re.compile(r"(masses|target_masses)\.([1-9]\d{0,7})")
 
 def _quoted(name: str) -> str:
     """Return the SQL expression of a column."""
-    if name in BODY_COLUMNS:
-        return BODY_COLUMNS[name]
+    for expressions in (EXPRESSIONS, BODY_COLUMNS):
+        if name in expressions:
+            return expressions[name]
     if one := ONE_MASS.fullmatch(name):
         return _mass(one[1], int(one[2]))
     if name in SCENE_KEYS or _PARAMETER.fullmatch(name):
         return f"json_extract(scene, '$.{name}')"
-    if name not in PLAIN_COLUMNS and name != "scene":
+    if name not in PLAIN_COLUMNS:
         raise StoreError(f"there is no column '{name}'. Use one of {', '.join(PLAIN_COLUMNS)}")
     return f'"{name}"'
 
@@ -219,9 +219,11 @@ def _mass(masses: str, particle: int) -> str:
     1.
     """
     place = f"'$.{masses}[' || ({particle - 1} % json_array_length(scene, '$.{masses}')) || ']'"
-    body, absent = ("particles", "1.0") if masses == "masses" else ("target_particles", "NULL")
+    body, absent = "particles", "1.0"
+    if masses == "target_masses":
+        body, absent = "json_extract(scene, '$.target_particles')", "NULL"
     return (
-        f"CASE WHEN {particle} > json_extract(scene, '$.{body}') THEN NULL "
+        f"CASE WHEN {particle} > {body} THEN NULL "
         f"WHEN json_type(scene, '$.{masses}') IS NULL THEN {absent} "
         f"WHEN json_type(scene, '$.{masses}') = 'array' THEN json_extract(scene, {place}) END"
     )

@@ -10,7 +10,7 @@ from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.checked_rows import KEY, check_rows
 from chaincor.workflows.store.connection import connect, named_errors, transaction
 from chaincor.workflows.store.row import Row, array_from_bytes, row_key
-from chaincor.workflows.store.schema import SCHEMA_VERSION
+from chaincor.workflows.store.schema import EXPRESSIONS, ROW_COLUMNS, SCHEMA_VERSION
 from chaincor.workflows.store.writing import write_rows
 
 if TYPE_CHECKING:
@@ -23,13 +23,14 @@ _HAS_ARRAYS = (
 )
 # These columns decide whether a collision must be run, and which of two rows is kept.
 STANDINGS = f"""
-    SELECT collision_sha256, restitution, restitution_error, tolerance, failure_tolerance,
-    failure_stands, tries, finished, {_HAS_ARRAYS} FROM {{0}}.collisions
+    SELECT {EXPRESSIONS[KEY]} AS {KEY}, restitution, restitution_error, tolerance,
+    failure_tolerance, failure_stands, tries, {EXPRESSIONS["finished"]} AS finished, {_HAS_ARRAYS}
+    FROM {{0}}.collisions
 """
 # Largest number of keys in one query. Older versions of SQLite accept up to 999 values.
 _MOST_KEYS = 500
 _ROWS = f"""
-    SELECT collisions.*, environments.versions, {_HAS_ARRAYS.format("main")}
+    SELECT {ROW_COLUMNS}, environments.versions, {_HAS_ARRAYS.format("main")}
     FROM collisions LEFT JOIN environments ON environment = environments.id
 """
 _ARRAYS = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
@@ -120,7 +121,7 @@ class Store:
                     "a new store"
                 ) from None
             if arrays:
-                kept = self.select(_ARRAYS, (key,))[1]
+                kept = self.select(_ARRAYS, (bytes.fromhex(key),))[1]
                 row.arrays.update((name, self._array(key, name, npy)) for name, npy in kept)
         return [found.get(key) for key in keys]
 
@@ -129,7 +130,8 @@ class Store:
         found: dict[str, Row] = {}
         for begin in range(0, len(keys), _MOST_KEYS):
             part = keys[begin : begin + _MOST_KEYS]
-            rows = self.read(f"{query} WHERE {KEY} IN ({', '.join('?' * len(part))})", part)
+            query_part = f"{query} WHERE {KEY} IN ({', '.join('?' * len(part))})"
+            rows = self.read(query_part, [*map(bytes.fromhex, part)])
             found |= {row.columns[KEY]: row for row in rows}
         return found
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError, SceneError, one_line
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.identity import canonical_json, hash_of
 from chaincor.workflows.errors import MissingLibraryError, RunError, WorkerDiedError
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.result import Collision
@@ -28,6 +29,7 @@ from chaincor.workflows.store.schema import (
     RESULT_COLUMNS,
     SCENE_COLUMNS,
 )
+from chaincor.workflows.store.short_scene import short_scene, whole_scene
 
 
 class HasTolerance(Protocol):
@@ -88,20 +90,21 @@ class Row:
         Return the row for the fields of a result.
 
         Fields without a column go to ``details``. Fields of the scene, such as the velocity, are
-        omitted, because :func:`scene_columns` adds them.
+        omitted, because :meth:`of_scene` adds them.
         """
         columns = {"versions": _versions_json(tuple(fields.pop("versions").items()))}
         columns |= {name: finite(fields.pop(name, None)) for name in RESULT_COLUMNS}
-        for name in _OF_SCENES:
+        for name in (*_OF_SCENES, "scene_sha256"):
             fields.pop(name, None)
         return cls(columns | {"details": _json(fields), "host": host_name()}, arrays or {})
 
     def of_scene(self, scene: Scene) -> Self:
         """Return the row, with its key and the columns of its scene added."""
-        columns = {**self.columns, **scene_columns(scene)}
+        columns = {**self.columns, **_scene_columns(scene)}
         if not self.has_result:
             asked = scene.asked_tolerance
             columns |= {"failure_tolerance": asked, "tolerance": asked}
+        columns["scene"] = short_scene(scene.canonical_fields, columns)
         return type(self)(columns, self.arrays)
 
     def without_details(self) -> Self:
@@ -111,7 +114,7 @@ class Row:
     @cached_property
     def scene(self) -> dict[str, Any]:
         """Canonical scene, with the tolerance of the run that gave the result."""
-        return json.loads(self.columns["scene"])
+        return whole_scene(json.loads(self.columns["scene"]), self.columns)
 
     @cached_property
     def result(self) -> dict[str, Any] | None:
@@ -125,6 +128,7 @@ class Row:
         if not self.has_result:
             return None
         fields = {name: columns[name] for name in (*RESULT_COLUMNS, *_OF_SCENES)}
+        fields["scene_sha256"] = hash_of(canonical_json(self.scene))
         for name in FLAG_COLUMNS:
             if fields.get(name) is not None:
                 fields[name] = bool(fields[name])
@@ -234,7 +238,7 @@ class Row:
 
 
 # Fields of a result that are stored in the columns of the scene.
-_OF_SCENES = ("potential", "particles", "engine", "scene_sha256")
+_OF_SCENES = ("potential", "particles", "engine")
 # All calls share one encoder, because creating an encoder takes as long as using it.
 _write_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
 
@@ -272,8 +276,8 @@ def row_key(scene: Scene) -> str:
     return scene.collision_sha256
 
 
-def scene_columns(scene: Scene) -> dict[str, Any]:
-    """Return the columns of a row that describe its scene."""
+def _scene_columns(scene: Scene) -> dict[str, Any]:
+    """Return the columns of a row that describe its scene, without the column ``scene``."""
     canonical = scene.canonical_fields
     columns = {name: canonical.get(name) for name in SCENE_COLUMNS}
     # A given speed is kept. A computed v0/v* may differ in the last digit and would split rows of
@@ -284,9 +288,7 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
     return columns | {
         "speed": speed,
         "collision_sha256": row_key(scene),
-        "scene_sha256": scene.sha256,
         "velocity": scene.impact_velocity,
-        "scene": scene.canonical_json,
     }
 
 

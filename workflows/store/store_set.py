@@ -80,7 +80,7 @@ class StoreSet:
         return self._parts
 
 
-def _shared_keys(stores: Sequence[Store]) -> set[str]:
+def _shared_keys(stores: Sequence[Store]) -> set[bytes]:
     """Return the keys that several stores have."""
     # Hashes of keys are compared instead of keys, because a hash takes only 8 bytes.
     hashes = [
@@ -94,18 +94,18 @@ def _shared_keys(stores: Sequence[Store]) -> set[str]:
     return {key for key, count in counts.items() if count > 1}
 
 
-def _keys(store: Store) -> Iterator[tuple[str]]:
+def _keys(store: Store) -> Iterator[tuple[bytes]]:
     with named_errors(store.path):
         yield from store.connection.execute("SELECT collision_sha256 FROM collisions")
 
 
-def _merged_rows_hidden(store: Store, merged: Store, shared: set[str]) -> Part:
+def _merged_rows_hidden(store: Store, merged: Store, shared: set[bytes]) -> Part:
     """Copy the shared rows of a store, and return the store with these rows hidden."""
     mine = [key for (key,) in _keys(store) if key in shared]
     if not mine:
         return Part(store)
-    copy_rows(store, merged, mine)
-    store.connection.execute("CREATE TEMP TABLE hidden (collision_sha256 TEXT PRIMARY KEY)")
+    copy_rows(store, merged, [key.hex() for key in mine])
+    store.connection.execute("CREATE TEMP TABLE hidden (collision_sha256 BLOB PRIMARY KEY)")
     store.connection.executemany("INSERT INTO temp.hidden VALUES (?)", ((key,) for key in mine))
     return Part(store, _HIDDEN)
 

@@ -1,6 +1,6 @@
 """Write rows into a store: new rows in one statement, other rows one by one."""
 
-import datetime
+import time
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from chaincor.workflows.store.checked_rows import KEY
 from chaincor.workflows.store.connection import named_errors, transaction
 from chaincor.workflows.store.row import Row, array_to_bytes
-from chaincor.workflows.store.schema import FAILURE_COLUMNS
+from chaincor.workflows.store.schema import FAILURE_COLUMNS, HELD
+from chaincor.workflows.store.short_scene import json_object, short_scene, whole_scene
 
 if TYPE_CHECKING:
     from chaincor.workflows.store.results_store import Store
@@ -19,13 +20,13 @@ _NO_FAILURE: dict[str, Any] = dict.fromkeys(FAILURE_COLUMNS)
 
 def write_rows(store: "Store", rows: Sequence[Row], *, arrays: bool, replace: bool) -> None:
     """Write rows in one transaction, see :meth:`Store.write`."""
-    now = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
+    now = time.time_ns() // 1_000_000
     with named_errors(store.path), transaction(store.connection):
         olds = store.standings_of([row.columns[KEY] for row in rows])
         seen: set[str] = set()
         new: dict[tuple[str, ...], list[tuple[Any, ...]]] = {}
         later: list[tuple[Row, Row | None]] = []
-        kept: list[tuple[str, str, bytes]] = []
+        kept: list[tuple[bytes, str, bytes]] = []
         environments: dict[str, int] = {}
         for row, old in zip(rows, olds, strict=True):
             key = row.columns[KEY]
@@ -33,13 +34,13 @@ def write_rows(store: "Store", rows: Sequence[Row], *, arrays: bool, replace: bo
                 later.append((row, old))
                 continue
             seen.add(key)
-            columns = {**row.columns, "tries": 1, "finished": now}
+            columns = {**row.columns, KEY: bytes.fromhex(key), "tries": 1, "finished": now}
             versions = columns.pop("versions")
             if versions not in environments:
                 environments[versions] = _environment(store, versions)
             columns["environment"] = environments[versions]
             new.setdefault(tuple(columns), []).append(tuple(columns.values()))
-            kept += _npy(key, row) if arrays else ()
+            kept += _npy(columns[KEY], row) if arrays else ()
         # New rows, the majority in a sweep, are written in one statement.
         for names, values in new.items():
             places = f"VALUES ({', '.join('?' * len(names))})"
@@ -53,11 +54,12 @@ def write_rows(store: "Store", rows: Sequence[Row], *, arrays: bool, replace: bo
 
 
 def _write(
-    store: "Store", row: Row, old: Row | None, finished: str, arrays: bool, replace: bool
+    store: "Store", row: Row, old: Row | None, finished: int, arrays: bool, replace: bool
 ) -> None:
     key = row.columns[KEY]
     tries = 1 + (0 if old is None else old.columns["tries"])
-    columns = {**row.columns, "tries": tries, "finished": finished}
+    stored_key = bytes.fromhex(key)
+    columns = {**row.columns, KEY: stored_key, "tries": tries, "finished": finished}
     if not row.has_result:
         asked = columns["failure_tolerance"]
         if old is None or not old.has_result:
@@ -77,12 +79,14 @@ def _write(
             if tightened := old.tightened_by(new):
                 update_row(store, key, tightened | _NO_FAILURE | {"tries": tries})
             return
-        columns |= new.tightened_by(old)
-        store.connection.execute("DELETE FROM arrays WHERE collision_sha256 = ?", (key,))
+        if tightened := new.tightened_by(old):
+            columns |= tightened
+            columns["scene"] = short_scene(new.scene, columns)
+        store.connection.execute("DELETE FROM arrays WHERE collision_sha256 = ?", (stored_key,))
     columns["environment"] = _environment(store, columns.pop("versions"))
     _upsert(store, columns)
     if keep_arrays:
-        store.connection.executemany(_INSERT_ARRAY, _npy(key, row))
+        store.connection.executemany(_INSERT_ARRAY, _npy(stored_key, row))
 
 
 def _environment(store: "Store", versions: str) -> int:
@@ -99,13 +103,21 @@ def _upsert(store: "Store", columns: dict[str, Any]) -> None:
 
 
 def update_row(store: "Store", key: str, columns: dict[str, Any]) -> None:
-    """Change some columns of a row."""
+    """Change some columns of a row; the scene keeps the tolerance of its run."""
+    stored_key = bytes.fromhex(key)
+    if "tolerance" in columns:
+        query = f"SELECT scene, {', '.join(HELD)} FROM collisions WHERE collision_sha256 = ?"
+        scene, *held = store.connection.execute(query, (stored_key,)).fetchone()
+        known = dict(zip(HELD, held, strict=True))
+        if (rest := json_object(scene)) is not None:
+            whole = whole_scene(rest, known)
+            columns = columns | {"scene": short_scene(whole, known | columns)}
     assignments = ", ".join(f"{name} = :{name}" for name in columns)
     query = f"UPDATE collisions SET {assignments} WHERE collision_sha256 = :key"
-    store.connection.execute(query, columns | {"key": key})
+    store.connection.execute(query, columns | {"key": stored_key})
 
 
-def _npy(key: str, row: Row) -> list[tuple[str, str, bytes]]:
+def _npy(key: bytes, row: Row) -> list[tuple[bytes, str, bytes]]:
     return [(key, name, array_to_bytes(array)) for name, array in row.arrays.items()]
 
 

@@ -134,4 +134,4 @@ def test_stores_need_no_new_schema(tmp_path, attempt):
         store.record([attempt(TARGET)])
     with contextlib.closing(sqlite3.connect(tmp_path / "a.sqlite")) as connection:
         (version,) = connection.execute("PRAGMA user_version").fetchone()
-    assert version == 1
+    assert version == 2

@@ -24,7 +24,7 @@ def store_path(tmp_path, make_attempt):
 
 def _hurt(path, damage):
     with contextlib.closing(sqlite3.connect(path)) as connection, connection:
-        key = HURT.collision_sha256
+        key = bytes.fromhex(HURT.collision_sha256)
         connection.execute(f"UPDATE collisions SET {damage} WHERE collision_sha256 = ?", (key,))
 
 
