@@ -160,10 +160,12 @@ class DaskCluster(Executor):
 
     def _fetched(self, task: Any) -> Any:
         """Return the result of a finished task, however long a busy machine takes to send it."""
+        from distributed.protocol import pickle
+
         patience = _CONNECT_SECONDS
         while True:
             try:
-                return task.result(timeout=patience)
+                return pickle.loads(task.result(timeout=patience))
             except TimeoutError:
                 waits = self._client.status == "running" and not self._stop.is_set()
                 if task.status != "finished" or not waits:
@@ -216,12 +218,12 @@ class DaskCluster(Executor):
         self._client.cancel(tasks)
 
 
-def _call(call: bytes) -> Any:
-    """Unpickle a function and its arguments on a worker, and call it."""
+def _call(call: bytes) -> bytes:
+    """Unpickle a function and its arguments on a worker, call it, and pickle its result."""
     from distributed.protocol import pickle
 
     function, args, kwargs = pickle.loads(call)
-    return function(*args, **kwargs)
+    return pickle.dumps(function(*args, **kwargs))
 
 
 def _connect(address: str) -> Any:

@@ -88,8 +88,15 @@ TABLE_COLUMNS = {
 }
 _COLUMNS = tuple(_COLUMN.findall(CREATION[1]))
 
+
+def _columns(first: str, last: str) -> tuple[str, ...]:
+    """Return the names of the columns from `first` to `last`."""
+    return _COLUMNS[_COLUMNS.index(first) : _COLUMNS.index(last) + 1]
+
+
+SCENE_COLUMNS = (*_columns("potential", "particles"), "engine")
 # Fields of a scene that the columns of its row contain; see chaincor.workflows.store.short_scene.
-HELD = ("engine", "particles", "potential", "tolerance", "velocity")
+HELD = (*SCENE_COLUMNS, "tolerance", "velocity")
 _HELD = ", ".join(HELD)
 # SQL expressions for columns that have another form in the file than in a Row. The functions are
 # defined in chaincor.workflows.store.short_scene.
@@ -126,12 +133,6 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
 SCHEMA_VERSION = 1 + len(MIGRATIONS)
 
 
-def _columns(first: str, last: str) -> tuple[str, ...]:
-    """Return the names of the columns from `first` to `last`."""
-    return _COLUMNS[_COLUMNS.index(first) : _COLUMNS.index(last) + 1]
-
-
-SCENE_COLUMNS = (*_columns("potential", "particles"), "engine")
 # Keys of rare bonds have no columns. They are extracted from the scene's JSON.
 SCENE_KEYS = tuple(key for key in BOND_KEYS if key not in (*SCENE_COLUMNS, "bond_file"))
 FAILURE_COLUMNS = _columns("failure", "failure_stands")

@@ -29,11 +29,7 @@ def short_scene(fields: Mapping[str, Any], columns: Mapping[str, Any]) -> str:
 
 def whole_scene(rest: Mapping[str, Any], columns: Mapping[str, Any]) -> dict[str, Any]:
     """Return the canonical fields of a scene from those of its short text and its columns."""
-    held = {name: rest.get(name, columns[name]) for name in HELD}
-    return {**rest, **held} if None not in held.values() else _without_nulls({**rest, **held})
-
-
-def _without_nulls(fields: dict[str, Any]) -> dict[str, Any]:
+    fields = {**rest, **{name: rest.get(name, columns[name]) for name in HELD}}
     return {name: value for name, value in fields.items() if value is not None or name not in HELD}
 
 
