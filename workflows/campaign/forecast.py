@@ -14,7 +14,7 @@ from chaincor.workflows.versions import cores_allowed
 _START_SECONDS = 2.5
 # Sizes in bytes: a row and its key in the index, with and without details, and the header of an
 # array in NumPy's format.
-_ROW_BYTES = {True: 2500, False: 700}
+_ROW_BYTES = {True: 2200, False: 400}
 _ARRAY_BYTES = 5 * 230
 # The forecast for a large sweep is computed from a sample of this many collisions.
 _SAMPLE = 2000
