@@ -166,7 +166,8 @@ def test_a_result_that_is_late_is_no_failure():
 
 
 def test_a_call_and_its_result_pass_dask_as_bytes():
-    # The scheduler would keep the points of finished tasks, and Dask's event loop would unpickle rows.
+    # The scheduler would keep the points of finished tasks, and Dask's event loop would take long
+    # to unpickle rows.
     sent = []
 
     def submit(function, *args, pure):
