@@ -99,8 +99,9 @@ def test_a_killed_scheduler_is_reported_in_one_line(tmp_path):
         wait_until(lambda: _rows_in(tmp_path / "sweep.sqlite") or sweep.poll() is not None)
         processes.scheduler.kill()
         out, err = sweep.communicate(timeout=HANGS)
-    assert (sweep.returncode, out, err.count("\n")) == (1, "", 1)
-    assert "the connection to the Dask scheduler was lost" in err
+    (said,) = _without_progress(err.splitlines())
+    assert (sweep.returncode, out) == (1, "")
+    assert "the connection to the Dask scheduler was lost" in said
     assert _rows_in(tmp_path / "sweep.sqlite") > 0
 
 
@@ -113,6 +114,11 @@ def _start_sweep(folder, address):
         stderr=subprocess.PIPE,
         text=True,
     )
+
+
+def _without_progress(lines):
+    """Yield lines, except those that a sweep prints each minute on a busy machine."""
+    return (line for line in lines if " % of the work, done" not in line)
 
 
 def _rows_in(path):
@@ -220,9 +226,8 @@ def test_a_sweep_whose_workers_all_left_is_reported(tmp_path):
         (nanny,) = processes.workers
         nanny.terminate()
         assert sweep.stderr is not None
-        assert "has no workers; waiting. Start one with `dask worker tcp://" in (
-            sweep.stderr.readline()
-        )
+        said = next(iter(_without_progress(sweep.stderr)))
+        assert "has no workers; waiting. Start one with `dask worker tcp://" in said
         sweep.terminate()
         sweep.communicate(timeout=HANGS)
 
