@@ -14,7 +14,8 @@ _NOTATIONS = [
     (re.compile(pattern), meaning)
     for pattern, meaning in (
         (r"^\*\*([^*]+)\*\*$", r"\1"),
-        (r"\\[,;! ]|[$`]|\\left|\\right", " "),
+        (r"\\[,;! ()]|[$`]|\\left|\\right", " "),
+        (r"(?<=[\d%]) [–—] [^\W\d].*", ""),
         (r"\\sqrt *\{([^{}]*)\}", r"sqrt(\1)"),
         (r"\\[dt]?frac *\{([^{}]*)\} *\{([^{}]*)\}", r"((\1)/(\2))"),
         (r"\\times|\\cdot|[·×∙]", "*"),
