@@ -51,8 +51,8 @@ class Line:
         """
         Factors of the bond forces, of shape (N - 1,): sqrt(4 R_eff) in Hertz's law.
 
-        The factor is 1 for beads of diameter 1. It is also 1 at the gap, because the contact law
-        contains the factor.
+        The factor is 1 for beads of diameter 1. The factor of the gap is 1, because the contact law
+        contains sqrt(4 R_eff).
         """
         found = np.ones(len(self.masses) - 1)
         if self.diameters is not None:
@@ -185,7 +185,7 @@ class Line:
         for name in _WITHOUT_SPEED:
             getattr(self, name)  # computed once for all velocities
         other = object.__new__(Line)
-        # Only the largest speed of a cold chain depends on its velocity.
+        # Only one cached property of a cold chain depends on the velocities: the largest speed.
         vars(other).update(vars(self), velocities=velocities)
         vars(other).pop("largest_speed", None)
         return other

@@ -149,7 +149,7 @@ SCHEMES: dict[str, Composition | SplitSteps | ExtrapolatedSteps] = {
         ),
     ),
     # Extrapolation multiplies rounding errors by the sum of |c_m|. For order 12 this sum is 8,
-    # because the last two numbers are 6 and 8; with the numbers 1 to 6 it would be 27. For order 14
+    # because the counts end with 6 and 8; with the counts 1 to 6 the sum would be 27. For order 14
     # it is 56. LAMMPS uses order 12 because its coordinates are coarsely rounded.
     "extrapolated12": ExtrapolatedSteps(
         order=12, source=_HAIRER, usual_step=0.6, limit=0.7, counts=(1, 2, 3, 4, 6, 8)

@@ -99,8 +99,8 @@ def _uniform_numbers(seed: int, body: int, count: int) -> Array:
     """
     Return uniform numbers from 53 random bits each; adding half a bit excludes 0 and 1.
 
-    Number 2 i gives the velocity of particle i, and number 2 i + 1 the next bond. A longer chain
-    therefore begins like a shorter chain.
+    Number 2 i gives the velocity of particle i, and number 2 i + 1 the next bond. The first
+    particles of a long and of a short chain therefore have equal initial states.
     """
     bits = np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(body,))).random_raw(count)
     return ((bits >> np.uint64(11)).astype(float) + 0.5) * 2.0**-53

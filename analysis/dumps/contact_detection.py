@@ -5,9 +5,9 @@ Only the wall can change the momentum of the chain. A contact with incoming spee
 m_1 v_q, and nothing decreases the momentum. Therefore, if the momentum rises by P between two
 frames, there was a contact. If there was only one contact, its incoming speed is P/(2 m_1). For a
 free target, m_1 is replaced by the reduced mass of the two particles at the contact, and v_q by the
-closing speed. If the second frame was written right after a contact, particle 1 is at the wall with
-this speed, and the frame itself shows the contact. Otherwise one of two methods finds the time and
-the number of contacts.
+closing speed. If the second frame was written right after a contact, particle 1 is at the wall and
+has the speed P/(2 m_1); the frame itself then shows the contact. Otherwise one of two methods finds
+the time and the number of contacts.
 
 *reintegration*, if the bond is known: the part of the chain near the wall is integrated from the
 first of the two frames, with exact impacts (DOP853 with event location). The contacts have the

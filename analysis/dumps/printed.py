@@ -55,7 +55,7 @@ def printed_error(
     logs: Iterable[Path], restitution: float, data_error: float
 ) -> tuple[float | None, str | None]:
     """
-    Return the error of a dump's restitution that a log of the run prints.
+    Return the error of a dump's restitution, as printed in a log of the run.
 
     A log has the lines ``restitution`` and ``restitution_error``. The restitution must agree with
     that of the dump within `data_error`, which is added to the printed error. The function returns

@@ -1,4 +1,4 @@
-"""Common style of figures: colours, sizes and legends; rest positions of particles."""
+"""Define the common style of figures, and the rest positions of drawn particles."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -168,7 +168,7 @@ def _misfit(steps: Array, mean: Array, weights: Array, orders: Array) -> Array:
 
 
 def _linear_fit(x: Array, y: Array, weights: Array) -> tuple[float, float]:
-    """Return A and B of y = A + B x, fitted about the weighted mean to lose few digits."""
+    """Return A and B of y = A + B x; x is fitted relative to its mean, which saves digits."""
     total = weights.sum()
     x0, y0 = weights @ x / total, weights @ y / total
     slope = float(weights @ ((x - x0) * (y - y0)) / (weights @ (x - x0) ** 2))

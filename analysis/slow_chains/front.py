@@ -96,7 +96,8 @@ def front_loss(variable: float, order: int = 3, refinement: float = 1.0) -> Fron
     """
     if not math.isfinite(variable) or order not in (3, 4, 5):
         raise ValueError(
-            f"Variable {variable}, order {order} given. Give a finite variable and order 3 to 5."
+            f"The variable is {variable} and the order is {order}. Give a finite variable and "
+            "order 3 to 5."
         )
     grids = [Grid(variable, order - 2, part / refinement) for part in _SPACINGS]
     fine, *rougher = (grid.minima() for grid in grids)

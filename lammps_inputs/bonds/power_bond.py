@@ -57,7 +57,7 @@ class Power(NamedBond):
     lammps_formula = "{s}*{s}*(0.5+({bond.c!r})*{s}^({bond.order}-2))"
 
     def __post_init__(self) -> None:
-        """Refuse orders below 3, and a sign of c with which compressed bonds soften."""
+        """Refuse orders below 3, and c if its sign makes bonds soften under compression."""
         if self.order < 3:
             raise PotentialError(f"power_order is {self.order}. Give an integer of 3 or more")
         sign, word = (1, "positive") if self.order % 2 == 0 else (-1, "negative")

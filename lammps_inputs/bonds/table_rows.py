@@ -118,7 +118,7 @@ class BondRows:
 
     def alternatives(self) -> list["CubicSpline"]:
         """
-        Return other forces that fit the rows equally well, as splines.
+        Return other splines of the force, which fit the rows equally well.
 
         The first two splines are moved away from splines through every second row, by the error of
         `open_between` times its weight. In all other splines, each row is changed at random within

@@ -26,7 +26,7 @@ SETTINGS = BOND_SETTINGS | {
     "CHECKF": 1,
 }
 _TEXT = ("CHECKU", "CHECKF")
-# Groups of words of which a header may have only one.
+# A header may have at most one word of each of these groups.
 _EXCLUSIVE = (("R", "RSQ", "BITMAP"), ("DEGREES", "RADIANS"))
 
 

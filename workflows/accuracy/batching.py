@@ -158,7 +158,7 @@ def compare_many(
     """
     Compare many runs with runs at `COARSER` times their steps.
 
-    `runs` contains the fine runs, then the coarse runs at each multiple of their `steps`. Return
+    `runs` contains the fine runs, followed by the coarse runs for each factor in `COARSER`. Return
     three arrays of shape (runs,): eta of the fine runs, the errors of eta, and whether all runs are
     settled and have the same number of contacts. `line` is the same for all runs, `floor` is the
     rounding error.

@@ -147,9 +147,8 @@ def exact_modes(problem: Problem) -> ConvergedRun:
     if outcome.crossed:
         raise CrossingError(
             "particles of a harmonic chain pass through each other at velocity "
-            f"{problem.impact_velocity:g}, which LAMMPS cannot represent because it knows "
-            "only the absolute bond length. Use engine 'reference', or a velocity below "
-            "about 0.69"
+            f"{problem.impact_velocity:g}. LAMMPS knows only the absolute bond length and cannot "
+            "represent this motion. Use engine 'reference', or a velocity below about 0.69"
         )
     error = max(MODAL_ERROR, modal_error(problem))
     return ConvergedRun(outcome, [outcome], outcome.eta, error, outcome.seconds)

@@ -217,8 +217,8 @@ class WarmSolver:
 
     def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:
         """Return whether another contact is possible after the end of each run."""
-        # If a time between two contacts exceeded the sound round trip after which an end is argued,
-        # another contact may come as late after an argued end.
+        # An end is argued after one sound round trip without a contact. If a longer time passed
+        # between two contacts of this run, another contact may also follow an argued end.
         return np.asarray((runs.longest_silences > self._quiet) & ~runs.proved)
 
     def _compare_alone(

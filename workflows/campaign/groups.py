@@ -120,7 +120,7 @@ def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None
         each = np.array(velocities, dtype=float)
         if each.shape != (samples,) or not np.all(np.isfinite(each) & (each > 0.0)):
             raise InputError(
-                f"velocities has the shape {each.shape}, or values that are not positive. Give "
+                f"velocities of the shape {each.shape} are no {samples} positive numbers. Give "
                 f"{samples} finite numbers above 0"
             )
         # If any velocity is invalid, the smallest or the largest velocity is invalid, too.

@@ -98,9 +98,9 @@ class _Worker:
             if self._process.exitcode is not None and self._process.exitcode < 0:
                 raise
             raise WorkerStartError(
-                f"worker processes do not start (exit status {self._process.exitcode}). Put the "
-                'call of a script under if __name__ == "__main__":, so that its module can be '
-                "imported"
+                f"worker processes do not start (exit status {self._process.exitcode}). In "
+                'your script, put the call of chaincor under if __name__ == "__main__":, so that '
+                "workers can import the script"
             ) from None
 
     @property

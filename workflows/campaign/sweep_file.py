@@ -220,7 +220,7 @@ def _groups(values: dict[str, Axis], together: Any) -> list[Axis]:
         missing = [name for name in names if name not in left]
         if missing or not names:
             raise SweepError(
-                f"zip names {', '.join(map(repr, missing)) or 'nothing'}. Name axes, each once"
+                f"zip lists {', '.join(map(repr, missing)) or 'nothing'}. List each axis once"
             )
         axes = [left.pop(name) for name in names]
         if len({len(axis) for axis in axes}) > 1:

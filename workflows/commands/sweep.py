@@ -106,7 +106,7 @@ def sweep(
         _print_forecast(cells, asked.axes, path, wishes, cores, as_json)
         unused = {"--scheduler": scheduler, "--keep-jobs": keep_jobs}
         if left_out := [name for name, value in unused.items() if value is not None]:
-            note = "the forecast is for results on this machine and ignores"
+            note = "the forecast is for this machine and ignores the options"
             say(f"chaincor: note: {note} {' and '.join(left_out)}", err=True)
         return
     if keep_jobs is not None:

@@ -61,7 +61,7 @@ class _Range(click.ParamType):
 )
 @option(
     "--rows N",
-    "number of rows N of LAMMPS's style and of the new table [default: as in the file]",
+    "number of rows N, in the command of LAMMPS and in the new table [default: as in the file]",
     click.IntRange(min=_LEAST_ROWS, max=10_000_000),
 )
 @json_option

@@ -39,7 +39,7 @@ from chaincor.workflows.commands.options import (
     multiple=True,
 )
 @option("--seeds N", "make N runs at each value, each with its own random seed", int)
-@option("--phases N", "make N runs at nearby values for each value [default: 4]", int)
+@option("--phases N", "for each value, make N runs at nearby values [default: 4]", int)
 @option(
     "--scale-periods",
     "scale intervals that the script counts in steps, so that outputs keep their times",

@@ -176,7 +176,7 @@ SEARCH_FIELDS = [
 
 class SearchSteps(NamedTuple):
     """
-    Functions of a search that requests the points of a path one by one.
+    Functions for a contact search, which requests points of the trajectory one at a time.
 
     The run state holds the state of the search in the `SEARCH_FIELDS`.
     """

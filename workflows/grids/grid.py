@@ -62,8 +62,8 @@ def write_grid(
     scenes = list(scenes)
     if any(scene.bond.only_pushes for scene in scenes):
         raise InputError(
-            "the sweep has beads, and `chaincor collect` cannot identify the output of their jobs. "
-            "Write their jobs one by one, or run the sweep with `chaincor sweep`"
+            "the sweep has beads, and `chaincor collect` cannot identify the output of such jobs. "
+            "Write these jobs one by one, or run the sweep with `chaincor sweep`"
         )
     names = [folder_name(scene, axes, number) for number, scene in enumerate(scenes, 1)]
     place = resolve_folder(folder)

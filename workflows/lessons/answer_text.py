@@ -124,7 +124,8 @@ def _stated(text: str) -> float | None:
     if (number := _value(text)) is not None:
         return number
     text = _CIRCUMSTANCE.sub("", _COMMENT.sub("", text))
-    # The result stands after the last equals sign, and a rounded result after the exact one.
+    # The result stands after the last equals sign. If an answer gives an exact and a rounded
+    # result, the rounded result comes second.
     for side in reversed(text.split("=")):
         for number in (*map(_value, side.split("≈")), _beside_words(side)):
             if number is not None:

@@ -220,7 +220,7 @@ def _bath(command: Command, what: str) -> DriftCause | None:
 
 
 def _style(command: Command) -> str:
-    """Return the style of a fix without an accelerated suffix; empty for other commands."""
+    """Return the style of a fix without an accelerator suffix; an empty text for others."""
     words = command.words
     return plain_style(words[3]) if words[0] == "fix" and len(words) > 3 else ""
 

@@ -148,7 +148,7 @@ class _Runs:
             )
 
     def is_repeatable(self, rung: int) -> bool:
-        """Repeat a run with the same seed, or with another seed to see whether the seed matters."""
+        """Return whether a run gives equal results when repeated, or other seeds are given."""
         seeds, first = self.varied.seeds, self.run(rung, 0)
         second = self.anew(rung, 0, again=True)
         if second.failure:

@@ -1,4 +1,4 @@
-"""Add commands that write a restart file halfway through a script or read this file."""
+"""Add commands that write a restart file halfway through a script, or that start from this file."""
 
 from dataclasses import dataclass
 from pathlib import Path

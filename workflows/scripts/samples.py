@@ -30,7 +30,7 @@ class Samples:
         return float(self.times[-1])
 
     def window(self, kind: str) -> tuple[float, float]:
-        """Return the first and last time of the samples that a kind of quantity uses."""
+        """Return the times of the first and the last sample that quantities of this kind use."""
         first, last = float(self.times[0]), self.end
         if kind == "last":
             return last, last

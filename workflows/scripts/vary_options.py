@@ -38,11 +38,11 @@ def read_ladder(text: str) -> Ladder:
     _check_name(name, "--vary")
     coarse, fine = (_read_number(part, "--vary") for part in parts[:2])
     if not re.fullmatch(r"\d{1,3}", parts[2], re.ASCII):
-        raise InputError(f"--vary counts {parts[2]!r} values. {remedy}")
+        raise InputError(f"--vary asks for {parts[2]!r} values. {remedy}")
     rungs = int(parts[2])
     if not LEAST_RUNGS <= rungs <= _MOST_RUNGS:
         raise InputError(
-            f"--vary counts {rungs} values. Give {LEAST_RUNGS} to {_MOST_RUNGS}: fewer "
+            f"--vary asks for {rungs} values. Give {LEAST_RUNGS} to {_MOST_RUNGS}: fewer "
             "values show no order"
         )
     if coarse <= 0.0 or fine <= 0.0 or max(coarse, fine) / min(coarse, fine) < _LEAST_SPAN:

@@ -1,4 +1,4 @@
-"""Record a collision as sections of steps that can be repeated, from the last to the first."""
+"""Record a collision as sections of steps, which can be computed again in reverse order."""
 
 import math
 from collections.abc import Iterator

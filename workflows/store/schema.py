@@ -148,7 +148,7 @@ RESULT_COLUMNS = tuple(
 
 
 def _contact_parameter(key: str) -> str:
-    """Return the SQL expression for a parameter of contact laws, from the identity of its law."""
+    """Return the SQL expression that reads a parameter from the stored text of a contact law."""
     found = []
     for name in laws_with(key):
         law = CONTACT_LAWS[name]

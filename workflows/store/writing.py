@@ -103,7 +103,7 @@ def _upsert(store: "Store", columns: dict[str, Any]) -> None:
 
 
 def update_row(store: "Store", key: str, columns: dict[str, Any]) -> None:
-    """Change some columns of a row; the scene keeps the tolerance of its run."""
+    """Change some columns of a row, but not the tolerance in its scene."""
     stored_key = bytes.fromhex(key)
     if "tolerance" in columns:
         query = f"SELECT scene, {', '.join(HELD)} FROM collisions WHERE collision_sha256 = ?"

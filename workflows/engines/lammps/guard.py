@@ -38,7 +38,7 @@ def largest_tension(problem: Problem) -> float:
 
 class WallGuard:
     """
-    Position near the wall at which LAMMPS stops during Verlet steps without checks.
+    Position near the wall at which LAMMPS stops, if the engine does not check each Verlet step.
 
     A wall potential ends the run of LAMMPS with an error if a particle is behind its wall. The
     guard is a wall potential with zero depth and nearly zero range, which has no other effect. The

@@ -25,7 +25,8 @@ def bead_rates(
 
     @partial(register, inline=False)
     def damp(state: Array, out: Array, parameters: Any) -> float:
-        # Take damping forces from the forces in out[1:]; return the rate at which they take energy.
+        # Subtract the damping forces from the forces in out[1:], and return the rate at which
+        # damping dissipates energy.
         beads = state.shape[0] // 2
         loss = 0.0
         for i in range(beads - 1):

@@ -92,9 +92,10 @@ def deviation(problem: Problem) -> float:
     is therefore also computed at half the speed. The result is inf if the loss falls more slowly,
     for example for bonds whose force is a power of the strain. The loss is computed from the
     vibration energy of the three particles, because it is far below the rounding error of eta. At
-    some speeds, no step resolves the motion of three particles. There the loss is extrapolated,
-    with the smallest measured power, for bonds that are known to become hard; for other bonds the
-    result is inf. Raises TimestepError if bonds become hard but no speed can be resolved.
+    some speeds, no step resolves the motion of three particles. At these speeds, the loss of bonds
+    that are known to become hard is extrapolated as a power law with the smallest measured
+    exponent. The result for other bonds is inf. Raises TimestepError if bonds become hard but no
+    speed can be resolved.
     """
     particles, bond = problem.particles, problem.bond
     if particles < 3:

@@ -85,8 +85,8 @@ class LookAhead:
         # Largest impulse among contacts that occur, or may occur, only in some of the repeated
         # motions.
         self.doubt = 0.0
-        # _awaited is set if repeated motions have a further contact: the number of contacts of the
-        # run so far, and the impulse of the further contact.
+        # If repeated motions have a further contact, _awaited contains the number of contacts of
+        # the run so far, and the impulse of the further contact.
         self._awaited = (0, 0.0)
 
     def times(self) -> tuple[float, float]:

@@ -1,5 +1,5 @@
 """
-Run one collision in the reference engine with steps of one length, to its end.
+Run one collision to its end in the reference engine, with equal steps.
 
 Every scheme is possible; contacts are located to rounding. Solvers and runs for error bars call
 `run`.

@@ -42,7 +42,7 @@ def _by_lammps(measured: Measurements) -> tuple[list[MeasuredPoint], str]:
     )
 
 
-# The error of our number is compared with the dissipation of a harmonic chain of 100 particles.
+# The scale of the error is the dissipation of a harmonic chain of 100 particles.
 @claim(
     "section II",
     exact(0.0, 0.03),
@@ -80,7 +80,7 @@ def difference_over_velocities(
     )
 
 
-# The error of our number is compared with t_c/τ itself.
+# The scale of the error is t_c/τ, which is about 2.
 @claim(
     "section II",
     exact(0.0, 2.0),
@@ -93,7 +93,7 @@ def _independence_of_contact_time(measured: Measurements) -> ClaimFinding:
     )
 
 
-# The error of our number is compared with the largest E_j/E of a harmonic chain of 100 particles.
+# The scale of the error is the largest E_j/E of a harmonic chain of 100 particles.
 @claim(
     "section II",
     exact(0.0, 0.001),

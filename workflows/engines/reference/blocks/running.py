@@ -134,7 +134,8 @@ class _Head:
         for name in _OF_HEAD:
             run_state[name] = self._of_chain[name]
         run_state["active"], run_state["substeps"] = self._bonds, 0
-        # Strains at the end of the head are meaningless; therefore no limit applies.
+        # The last strains of the moving part are meaningless; the limits of strains are therefore
+        # switched off.
         run_state["strain_min"] = run_state["strain_floor"] = -math.inf
         run_state["strain_max"] = run_state["strain_ceiling"] = math.inf
         self._now.strain[:] = state.strain[: self._bonds]

@@ -127,7 +127,7 @@ class CachedKernel:
         needs = []
         for value in (*module.functions, *module.global_variables):
             if not value.is_declaration:
-                # Otherwise, loops would share exported symbols with the same name.
+                # Without internal linkage, loops would export symbols of the same name.
                 value.linkage = "internal" if value.name != entry.name else "external"
             elif value.name.startswith(_NUMBAS_OWN):
                 raise TypeError(f"{self._function.__qualname__} needs {value.name} of Numba")
