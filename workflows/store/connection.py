@@ -3,6 +3,7 @@
 import contextlib
 import itertools
 import sqlite3
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import quote
@@ -12,6 +13,7 @@ from chaincor.workflows.errors import StoreError, StoreWriteError
 from chaincor.workflows.store.schema import (
     APPLICATION_ID,
     CREATION,
+    DROPPED_COLUMNS,
     MIGRATIONS,
     SCHEMA_VERSION,
     TABLE_COLUMNS,
@@ -42,16 +44,17 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
         raise StoreError(f"the results store {path} is no file. Give a file, or a new name")
     if not path.parent.is_dir():
         raise StoreError(f"the folder of the results store {path} does not exist. Create it first")
-    mode = "ro" if read_only else "rwc"
     with named_errors(path):
-        connection = sqlite3.connect(
-            address(path, mode), uri=True, timeout=LOCK_SECONDS, isolation_level=None
-        )
         try:
-            define_functions(connection)
-            # Without this transaction, another process could create the store between two reads.
-            with transaction(connection, "BEGIN", "ROLLBACK"):
-                version = _version(connection, path)
+            connection, version = _opened(path, read_only)
+        except sqlite3.OperationalError as error:
+            interrupted = getattr(error, "sqlite_errorname", "").startswith("SQLITE_READONLY")
+            if not (read_only and interrupted):
+                raise
+            # A killed writer left a journal, which only a connection that may write rolls back.
+            connect(path).close()
+            connection, version = _opened(path, read_only)
+        try:
             if version < SCHEMA_VERSION:
                 _migrate_read_only(path, version) if read_only else _migrate(connection, path)
             _refuse_other_schema(connection, path)
@@ -59,6 +62,24 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             connection.close()
             raise
     return connection
+
+
+def _opened(path: Path, read_only: bool) -> tuple[sqlite3.Connection, int]:
+    """Return a connection to a file, and the version of its schema."""
+    connection = sqlite3.connect(
+        address(path, "ro" if read_only else "rwc"),
+        uri=True,
+        timeout=LOCK_SECONDS,
+        isolation_level=None,
+    )
+    try:
+        define_functions(connection)
+        # Without this transaction, another process could create the store between two reads.
+        with transaction(connection, "BEGIN", "ROLLBACK"):
+            return connection, _version(connection, path)
+    except BaseException:
+        connection.close()
+        raise
 
 
 def address(path: Path, mode: str) -> str:
@@ -121,15 +142,47 @@ def _migrate_read_only(path: Path, version: int) -> None:
 
 
 def _migrate(connection: sqlite3.Connection, path: Path) -> None:
+    """Create the tables of a store, or turn an older store into one of the newest schema."""
     with transaction(connection):
         # The version is read again, because another process may have migrated the store in the
         # meantime.
         version = _version(connection, path)
+        if version == 1:
+            _refuse_lossy_migration(connection, path)
+            if sys.stderr.isatty():
+                print(f"chaincor: converting {path} to a smaller format", file=sys.stderr)
         steps = (CREATION,) if version == 0 else MIGRATIONS[version - 1 :]
         for statement in itertools.chain(*steps):
             connection.execute(statement)
         connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+    if version == 1:
+        # Free the space of the old tables. If the disk is full or the store is in use, later rows
+        # fill this space.
+        with contextlib.suppress(sqlite3.Error):
+            connection.execute("VACUUM")
+
+
+def _refuse_lossy_migration(connection: sqlite3.Connection, path: Path) -> None:
+    """Raise StoreError if a migration from version 1 would lose something or a row is damaged."""
+    _refuse_other_schema(connection, path)
+    for name, known in TABLE_COLUMNS.items():
+        columns = connection.execute("SELECT name FROM pragma_table_info(?)", (name,)).fetchall()
+        for (column,) in columns:
+            if column not in known | DROPPED_COLUMNS:
+                raise StoreError(
+                    f"{path} has a column {str(column)[:40]!a} that no results store has, and "
+                    "would lose it in the new format. Copy the column and drop it"
+                )
+    damaged = connection.execute(
+        "SELECT collision_sha256 FROM collisions "
+        "WHERE bytes_of_hex(collision_sha256) IS NULL OR julianday(finished) IS NULL"
+    ).fetchone()
+    if damaged is not None:
+        raise StoreError(
+            f"the row collision_sha256={str(damaged[0])[:64]!a} of {path} is damaged: its key is "
+            "no hash, or its time no date. Delete the row, or run the sweep into a new store"
+        )
 
 
 @contextlib.contextmanager
@@ -177,7 +230,7 @@ def named_errors(path: Path) -> Iterator[None]:
         if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
             raise StoreWriteError(
                 f"the results store {path} has been locked by another program for "
-                f"{LOCK_SECONDS:g} s. End that program and run the same command again"
+                f"{LOCK_SECONDS:g} s. Wait for that program, and run the same command again"
             ) from None
         if name == "SQLITE_FULL" or name.startswith("SQLITE_IOERR"):
             raise StoreWriteError(

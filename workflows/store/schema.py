@@ -125,12 +125,15 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
         "ALTER TABLE arrays RENAME TO old_arrays",
         *CREATION[1:],
         f"INSERT INTO collisions SELECT {_COPIED} FROM old_collisions ORDER BY rowid",
-        "INSERT INTO arrays SELECT bytes_of_hex(collision_sha256), name, npy FROM old_arrays",
+        "INSERT INTO arrays SELECT bytes_of_hex(collision_sha256), name, npy FROM old_arrays "
+        "WHERE collision_sha256 IN (SELECT collision_sha256 FROM old_collisions)",
         "DROP TABLE old_arrays",
         "DROP TABLE old_collisions",
     ),
 )
 SCHEMA_VERSION = 1 + len(MIGRATIONS)
+# Columns of older versions that are computed on reading.
+DROPPED_COLUMNS = {"scene_sha256"}
 
 
 # Keys of rare bonds have no columns. They are extracted from the scene's JSON.

@@ -54,7 +54,12 @@ def _bytes_of_hex(text: Any) -> bytes | None:
 
 def _short_text(text: Any, *held: Any) -> str | None:
     fields = json_object(text)
-    return text if fields is None else short_scene(fields, dict(zip(HELD, held, strict=True)))
+    if fields is None:
+        return text
+    try:
+        return short_scene(fields, dict(zip(HELD, held, strict=True)))
+    except (TypeError, ValueError, RecursionError):
+        return text
 
 
 def _whole_text(text: Any, *held: Any) -> str | None:

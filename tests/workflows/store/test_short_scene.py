@@ -2,12 +2,15 @@
 
 import contextlib
 import sqlite3
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.merge import merge_stores
 from chaincor.workflows.store.query import query_rows
 from chaincor.workflows.store.results_store import Store
@@ -55,6 +58,79 @@ def test_plain_scenes_take_no_room(tmp_path, make_attempt):
     with Store(tmp_path / "a.sqlite") as store:
         store.record([make_attempt(PLAIN)])
         assert store.select("SELECT scene FROM collisions")[1] == [("{}",)]
+
+
+def first_schema(path, *statements):
+    """Write a store of the first schema, change it by SQL, and return its content."""
+    with contextlib.closing(sqlite3.connect(path)) as connection:
+        connection.executescript(FIRST_SCHEMA.read_text())
+        for statement in statements:
+            connection.execute(statement)
+        connection.commit()
+        return list(connection.iterdump())
+
+
+@pytest.mark.parametrize(
+    ("statement", "message"),
+    [
+        ("CREATE VIEW mine AS SELECT 1", "has a view 'mine'"),
+        (
+            "CREATE TRIGGER mine AFTER INSERT ON collisions BEGIN SELECT 1; END",
+            "has a trigger 'mine'",
+        ),
+        ("ALTER TABLE collisions ADD COLUMN note TEXT", "has a column 'note'"),
+        ("UPDATE collisions SET collision_sha256 = 'zz' WHERE rowid = 1", "sha256='zz' of"),
+        ("UPDATE collisions SET finished = 'yesterday' WHERE rowid = 1", "its time no date"),
+    ],
+)
+def test_what_a_migration_would_lose_is_refused_before_any_change(tmp_path, statement, message):
+    path = tmp_path / "old.sqlite"
+    before = first_schema(path, statement)
+    for read_only in (True, False):
+        with pytest.raises(StoreError, match=message):
+            Store(path, read_only=read_only)
+    with contextlib.closing(sqlite3.connect(path)) as connection:
+        assert list(connection.iterdump()) == before
+
+
+def test_a_migration_keeps_damaged_scenes_and_drops_arrays_without_a_row(tmp_path):
+    path = tmp_path / "old.sqlite"
+    first_schema(
+        path,
+        "UPDATE collisions SET scene = '{\"velocity\": NaN}' WHERE rowid = 1",
+        "INSERT INTO arrays VALUES ('zz', 'contact_times', x'00')",
+    )
+    with Store(path) as store:
+        assert len(store) == 2
+        assert store.select("SELECT * FROM arrays")[1] == []
+        assert store.select("SELECT scene FROM collisions WHERE rowid = 1")[1] == [
+            ('{"velocity": NaN}',)
+        ]
+
+
+# A write that is killed after its pages reached the file.
+_KILLED = """
+import os, signal, sqlite3, sys
+connection = sqlite3.connect(sys.argv[1], isolation_level=None)
+connection.execute("PRAGMA cache_size = 1")
+connection.execute("BEGIN IMMEDIATE")
+connection.execute("UPDATE collisions SET details = hex(zeroblob(100000))")
+connection.execute("INSERT INTO arrays VALUES (x'00', 'a', zeroblob(1000000))")
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_store_whose_writer_was_killed_can_be_read(tmp_path, make_attempt):
+    path = tmp_path / "a.sqlite"
+    with Store(path) as store:
+        store.record([make_attempt(PLAIN)])
+        before = store.select("SELECT * FROM collisions")
+    killed = subprocess.run([sys.executable, "-c", _KILLED, str(path)], check=False)
+    assert killed.returncode == -9
+    assert path.with_name("a.sqlite-journal").exists()
+    with Store(path, read_only=True) as store:
+        assert store.select("SELECT * FROM collisions") == before
+        assert store.select("SELECT * FROM arrays")[1] == []
 
 
 def test_a_store_of_the_first_schema_keeps_every_value(tmp_path):
