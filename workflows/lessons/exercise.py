@@ -142,10 +142,11 @@ def judge(exercise: Exercise, answer: Any) -> AnswerVerdict:
 
 def _as_factor(kind: str, text: str, numbers: Array) -> Array:
     """Return the factors that a text such as "1/64 of it" or "ten times smaller" states."""
+    smaller = re.search(r"\b(?:smaller|less|lower)\b", text)
     if kind == "smaller":
-        turned = (numbers < 1.0) != bool(re.search(r"\b(?:larger|bigger|greater)\b", text))
+        larger = re.search(r"\b(?:larger|bigger|greater)\b", text)
+        turned = (numbers < 1.0) != bool(larger and not smaller)
     else:
-        smaller = re.search(r"\b(?:smaller|less|lower)\b", text)
         turned = (numbers > 1.0) & bool(kind and smaller)
     return np.divide(1.0, numbers, out=numbers.copy(), where=turned & (numbers > 0.0))
 
