@@ -95,8 +95,8 @@ def test_a_tabulated_harmonic_bond_is_refused_as_an_object_too():
     ("options", "complaint"),
     [
         (("--keep-jobs", "kept"), "1 of 1 collisions are run by the reference engine"),
-        (("--dry-run", "--keep-jobs", "kept"), "ignores --keep-jobs"),
-        (("--dry-run", "--scheduler", "tcp://x:1"), "ignores --scheduler"),
+        (("--dry-run", "--keep-jobs", "kept"), "ignores the options --keep-jobs"),
+        (("--dry-run", "--scheduler", "tcp://x:1"), "ignores the options --scheduler"),
     ],
 )
 def test_a_sweep_says_what_it_does_not_use(options, complaint, chaincor, tmp_path):

@@ -124,7 +124,7 @@ def test_an_axis_takes_the_place_of_what_contradicts_it(sweep_file):
         ("zip = 3", "Give lists of axes"),
         ('zip = ["speed"]', "Give lists of axes"),
         ('zip = [["speed", "particles"]]\n[axes]\nspeed = [1.0]\nparticles = [2, 3]', "lengths"),
-        ('zip = [["speed"], ["speed"]]\n[axes]\nspeed = [1.0]', "each once"),
+        ('zip = [["speed"], ["speed"]]\n[axes]\nspeed = [1.0]', "List each axis once"),
         ('[scene]\ndump = "a.dump"', "one place"),
         ("scene = 3", "Give a table"),
         ("arrays = 3", "true or false"),
