@@ -97,16 +97,16 @@ def check_together(scene: "Scene") -> None:
         *(_check_parameters, _check_bodies, _check_speed, _check_warmth),
         *(check_beads, _check_numerics),
     )
-    for check in checks:
-        try:
-            # Masses may overflow before they are refused.
-            with np.errstate(all="ignore"):
+    # Masses may overflow before they are refused.
+    with np.errstate(all="ignore"):
+        for check in checks:
+            try:
                 for mistake in check(scene):
                     mistakes[mistake] = None
-        except (ChaincorError, ValueError, TypeError, LookupError):
-            if not mistakes:
-                raise
-            # If there was an earlier mistake, an error in a check is only its consequence.
+            except (ChaincorError, ValueError, TypeError, LookupError):
+                if not mistakes:
+                    raise
+                # If there was an earlier mistake, an error in a check is only its consequence.
     if mistakes:
         raise SceneError.of(list(mistakes))
 

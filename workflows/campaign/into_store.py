@@ -6,9 +6,9 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -137,7 +137,7 @@ class IntoStore:
         """
         started = time.perf_counter()
         self._store.check_writable()
-        points, seconds = self._expected()
+        points, seconds = self._expected
         most = in_flight if callable(in_flight) else lambda: in_flight
         with progress_bar(progress, points, seconds) as advance:
             carry_out(
@@ -161,10 +161,11 @@ class IntoStore:
     @property
     def is_short(self) -> bool:
         """Whether the missing collisions take less time than the start of new processes."""
-        return self._expected()[1] < SOONER_HERE
+        return self._expected[1] < SOONER_HERE
 
+    @cached_property
     def _expected(self) -> tuple[int, float]:
-        """Return the number of collisions and their expected total time, in seconds."""
+        """Number of collisions and their expected total time, in seconds."""
         if self._cells is None or len(self._cells) <= WINDOW:
             return len(self._first), sum(asked.cost for asked in with_batches(self._first))
         forecast = forecast_cells(self._cells)
@@ -260,13 +261,18 @@ def collide_into_store(
 
     See :func:`chaincor.workflows.collision.collide`.
     """
-    with nullcontext(store) if isinstance(store, Store) else Store(store) as opened:
+    with open_store(store) as opened:
         store_missing(
             scenes, opened, workers=workers, executor=executor, arrays=arrays, progress=progress
         )
         rows = opened.find_all(scenes, arrays=arrays)
     assert all(row is not None for row in rows)
     return [row for row in rows if row is not None]
+
+
+def open_store(store: Store | Path | str) -> AbstractContextManager[Store]:
+    """Return a context with a store, which closes the store only if a path was given."""
+    return nullcontext(store) if isinstance(store, Store) else Store(store)
 
 
 def store_missing(

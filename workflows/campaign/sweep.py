@@ -3,13 +3,12 @@
 import tempfile
 from collections.abc import Iterable
 from concurrent.futures import Executor
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaincor.lammps_inputs.given_numbers import shown
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.into_store import store_missing
+from chaincor.workflows.campaign.into_store import open_store, store_missing
 from chaincor.workflows.campaign.points import (
     SweepPoints,
     fields_set,
@@ -91,7 +90,7 @@ def sweep(
     points = scenes_of(asked.point(number) for number in range(len(asked)))
     with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:
         kept = Path(folder) / "sweep.sqlite" if store is None else store
-        with nullcontext(kept) if isinstance(kept, Store) else Store(kept) as opened:
+        with open_store(kept) as opened:
             store_missing(points, opened, workers=workers, executor=executor, progress=progress)
             rows = to_pandas(opened).set_index("collision_sha256", drop=False)
     frame = rows.loc[[point.collision_sha256 for point in points]].reset_index(drop=True)

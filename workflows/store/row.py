@@ -239,20 +239,18 @@ class Row:
 
 # Fields of a result that are stored in the columns of the scene.
 _OF_SCENES = ("potential", "particles", "engine")
-# All calls share one encoder, because creating an encoder takes as long as using it.
-_write_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
 
 
 def _json(fields: dict[str, Any]) -> str:
     try:
-        return _write_json(fields)
+        return canonical_json(fields)
     except ValueError:
-        return _write_json(finite(fields))
+        return canonical_json(finite(fields))
 
 
 @lru_cache(maxsize=16)
 def _versions_json(items: tuple[tuple[str, str], ...]) -> str:
-    return _write_json(dict(items))
+    return canonical_json(dict(items))
 
 
 @cache
