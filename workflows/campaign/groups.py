@@ -111,8 +111,8 @@ def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None
     first = seed_of(scene)
     if first + samples - 1 > LARGEST_SEED:
         raise InputError(
-            f"{samples} samples from seed {first} exceed the largest seed, {LARGEST_SEED}. Give a "
-            "smaller seed"
+            f"the seeds of {samples} samples from {first} on exceed the largest seed, "
+            f"{LARGEST_SEED}. Give a smaller seed"
         )
     seeds = range(first, first + samples)
     each = np.full(samples, scene.impact_velocity)

@@ -47,7 +47,7 @@ def with_step(runner: Runner, varied: Varied) -> tuple[Varied, list[tuple[float,
     If the step is varied, find the script's own step and the default ladder by test runs.
 
     The default ladder begins at twice the script's own step. If that run fails, the ladder begins
-    at the largest smaller step whose run succeeds. Failed runs are returned with their steps.
+    at the next smaller step whose run succeeds. Failed runs are returned with their steps.
     Raise InputError if the timestep has no effect.
     """
     if varied.kind != "step":

@@ -51,7 +51,7 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             interrupted = getattr(error, "sqlite_errorname", "").startswith("SQLITE_READONLY")
             if not (read_only and interrupted):
                 raise
-            # A killed writer left a journal, which only a connection that may write rolls back.
+            # A killed writer left a journal. Only a connection with write access can roll it back.
             connect(path).close()
             connection, version = _opened(path, read_only)
         try:
@@ -171,8 +171,8 @@ def _refuse_lossy_migration(connection: sqlite3.Connection, path: Path) -> None:
         for (column,) in columns:
             if column not in known | DROPPED_COLUMNS:
                 raise StoreError(
-                    f"{path} has a column {str(column)[:40]!a} that no results store has, and "
-                    "would lose it in the new format. Copy the column and drop it"
+                    f"{path} has a column {str(column)[:40]!a} that no results store has; "
+                    "converting the store would lose it. Save the column elsewhere, then drop it"
                 )
     damaged = connection.execute(
         "SELECT collision_sha256 FROM collisions "
